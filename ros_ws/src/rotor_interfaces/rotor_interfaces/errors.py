@@ -1,0 +1,15 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that the rig raises on purpose: one clear sentence each, shown without a traceback."""
+
+
+class RigError(Exception):
+    """Base of every error that a user of the rig can cause and mend."""
+
+
+class ConfigError(RigError, ValueError):
+    """A key, type or value in a scenario or parameter set that is not allowed."""
+
+
+class WireError(RigError, ValueError):
+    """A message that breaks the wire contract."""

@@ -1,0 +1,241 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""What every node of the rig shares: QoS, parameters from a model, progress, the run loop.
+
+This is the only module of the package that imports rclpy.
+"""
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol, TypeVar, cast
+
+import rclpy
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from rotor_interfaces import messages, topics
+from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
+from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.topics import Topic
+
+IDLE_S = 0.1
+"""The run loop wakes this often without a message, so that a signal is noticed."""
+
+EXIT_BAD_INPUT = 2
+EXIT_FAILED = 3
+
+Model = TypeVar('Model', bound=ConfigModel)
+
+
+class RigNode(Protocol):
+    """A node that the run loop can drive."""
+
+    def is_done(self) -> bool:
+        """Say whether the node has finished its work by itself."""
+
+    def finish(self) -> None:
+        """Flush what is still owed (acknowledgements, files) before the node is destroyed."""
+
+    def destroy_node(self) -> None:
+        """Release the ROS entities; rclpy's own."""
+
+
+def qos(topic: Topic, *, subscribe: bool = False, volatile: bool = False) -> QoSProfile:
+    """Return the profile of a topic; `volatile` asks a latched topic only for what comes now."""
+    best_effort = subscribe and topic.best_effort
+    latched = topic.latched and not volatile
+    return QoSProfile(
+        depth=topic.depth,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
+        durability=(
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        ),
+    )
+
+
+def publisher(node: Node, topic: Topic) -> Any:
+    """Return a publisher with the type and QoS of the contract."""
+    return node.create_publisher(messages.ros_class(topic.type), topic.name, qos(topic))
+
+
+def subscription(
+    node: Node, topic: Topic, callback: Callable[[Any], None], *, raw: bool = False
+) -> Any:
+    """Return a subscription with the type and QoS of the contract; raw = CDR bytes."""
+    return node.create_subscription(
+        messages.ros_class(topic.type),
+        topic.name,
+        callback,
+        qos(topic, subscribe=True),
+        raw=raw,
+    )
+
+
+class Progress:
+    """Reports on `rig/progress` how far a consumer has come.
+
+    The stamp is that of the newest block consumed; zero means ready, nothing consumed yet.
+    """
+
+    def __init__(self, node: Node, consumer: str) -> None:
+        self._publisher = publisher(node, topics.PROGRESS)
+        self._consumer = consumer
+
+    def report(self, stamp_ns: int) -> None:
+        """Publish the stamp of the newest consumed block; 0 = ready."""
+        self._publisher.publish(messages.header(messages.ROS, stamp_ns, self._consumer))
+
+
+def declare(node: Node, name: str, default: Any, description: str) -> Any:
+    """Declare a parameter that is fixed once the node runs; return its value."""
+    descriptor = ParameterDescriptor(description=description, read_only=True)
+    return node.declare_parameter(name, default, descriptor).value
+
+
+def declare_model(
+    node: Node, model: type[Model], base: Model, prefix: str = '', settable: Sequence[str] = ()
+) -> Model:
+    """Declare every scalar field of `base` as a parameter and return the model they make.
+
+    Description, unit and range come from the model, so `ros2 param describe` and the docs
+    agree. Fields that are lists, mappings or unset stay as `base` has them.
+
+    Raises:
+        ConfigError: an override that the model refuses.
+
+    """
+    values = base.model_dump()
+    for path, field, value in _leaves(base):
+        name = prefix + path
+        declared = _declare_field(node, name, field, value, read_only=path not in settable)
+        owner = values
+        *parents, leaf = path.split('.')
+        for parent in parents:
+            owner = owner[parent]
+        owner[leaf] = declared
+    return model.from_mapping(values)
+
+
+def _leaves(model: ConfigModel, prefix: str = '') -> Iterator[tuple[str, Any, Any]]:
+    for name, field in type(model).model_fields.items():
+        value = getattr(model, name)
+        if isinstance(value, ConfigModel):
+            yield from _leaves(value, f'{prefix}{name}.')
+        elif isinstance(value, bool | int | float | str):
+            yield prefix + name, field, value
+
+
+def _declare_field(node: Node, name: str, field: Any, value: Any, *, read_only: bool) -> Any:
+    unit = unit_of(field)
+    text = field.description or name
+    descriptor = ParameterDescriptor(
+        description=f'{text} [{unit}]' if unit not in ('', '1') else text, read_only=read_only
+    )
+    bounds = bounds_of(field)
+    if bounds:
+        descriptor.additional_constraints = f'allowed: {range_text(field)}'
+        low = bounds.get('ge', bounds.get('gt'))
+        high = bounds.get('le', bounds.get('lt'))
+        if isinstance(value, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(
+                    from_value=-1e308 if low is None else low,
+                    to_value=1e308 if high is None else high,
+                )
+            ]
+        elif isinstance(value, int) and not isinstance(value, bool):
+            descriptor.integer_range = [
+                IntegerRange(
+                    from_value=-(2**62) if low is None else int(low),
+                    to_value=2**62 if high is None else int(high),
+                    step=1,
+                )
+            ]
+    try:
+        return node.declare_parameter(name, value, descriptor).value
+    except Exception as error:  # rclpy raises several unrelated types here
+        raise ConfigError(f'{name}: {error}; allowed: {range_text(field)}') from None
+
+
+def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> None:
+    """Let the named parameters change while the node runs; every other change is refused.
+
+    `apply[name]` makes the change or raises RigError with the reason, which the caller of
+    `ros2 param set` then reads.
+    """
+
+    def on_set(parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name not in apply:
+                return SetParametersResult(
+                    successful=False,
+                    reason=f'{parameter.name} is fixed while the rig runs; set it in the '
+                    f'scenario and start again (can change now: {", ".join(apply)})',
+                )
+            try:
+                apply[parameter.name](parameter.value)
+            except RigError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(on_set)
+
+
+def run(
+    create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None = None
+) -> int:
+    """Create nodes, run them until they are done or a signal comes, and return the exit code.
+
+    SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
+    finishes in order. A RigError is one sentence on standard error.
+    """
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, _: signals.append(received))
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    nodes: list[RigNode] = []
+    code = 0
+    try:
+        executor = EventsExecutor()
+        nodes.extend(create())
+        for node in nodes:
+            executor.add_node(cast(Node, node))
+        while not signals and not all(node.is_done() for node in nodes):
+            executor.spin_once(IDLE_S)
+        spin_until_quiet(executor)
+        for node in nodes:
+            node.finish()
+    except ConfigError as error:
+        print(f'error: {error}', file=sys.stderr)
+        code = EXIT_BAD_INPUT
+    except RigError as error:
+        print(f'error: {error}', file=sys.stderr)
+        code = EXIT_FAILED
+    finally:
+        for node in nodes:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return code
+
+
+def spin_until_quiet(executor: EventsExecutor, limit_s: float = 5.0) -> None:
+    """Handle what has arrived: spin until nothing comes for IDLE_S, at most `limit_s`."""
+    deadline = time.monotonic() + limit_s
+    while time.monotonic() < deadline:
+        started = time.monotonic()
+        executor.spin_once(IDLE_S)
+        if time.monotonic() - started >= IDLE_S:
+            return
