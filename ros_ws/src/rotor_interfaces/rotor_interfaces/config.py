@@ -33,6 +33,9 @@ class ConfigModel(pydantic.BaseModel):
         except pydantic.ValidationError as error:
             raise ConfigError(describe(type(self), error)) from None
 
+    # pydantic's own mark: nested models are validated in place, so that keys keep their path
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
     @classmethod
     def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
         """Return the model for plain data (YAML or JSON); `where` prefixes keys in errors."""

@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any, Protocol, TypeVar, cast
 
 import rclpy
@@ -19,6 +19,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.clock import Clock, ClockType
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -43,7 +44,7 @@ class RigNode(Protocol):
     """A node that the run loop can drive."""
 
     def is_done(self) -> bool:
-        """Say whether the node has finished its work by itself."""
+        """Say whether the run is over; a node that only listens never says so."""
 
     def finish(self) -> None:
         """Flush what is still owed (acknowledgements, files) before the node is destroyed."""
@@ -83,6 +84,12 @@ def subscription(
     )
 
 
+def timer(node: Node, period_s: float, callback: Callable[[], None]) -> Any:
+    """Return a timer on the steady clock: it must not wait for the /clock that it may drive."""
+    clock = Clock(clock_type=ClockType.STEADY_TIME)
+    return node.create_timer(period_s, callback, clock=clock)
+
+
 class Progress:
     """Reports on `rig/progress` how far a consumer has come.
 
@@ -105,19 +112,26 @@ def declare(node: Node, name: str, default: Any, description: str) -> Any:
 
 
 def declare_model(
-    node: Node, model: type[Model], base: Model, prefix: str = '', settable: Sequence[str] = ()
+    node: Node,
+    base: Model,
+    *,
+    prefix: str = '',
+    settable: Collection[str] = (),
+    skip: Collection[str] = (),
 ) -> Model:
     """Declare every scalar field of `base` as a parameter and return the model they make.
 
     Description, unit and range come from the model, so `ros2 param describe` and the docs
-    agree. Fields that are lists, mappings or unset stay as `base` has them.
+    agree. Fields that are lists, mappings or unset, or named in `skip`, stay as `base` has them.
 
     Raises:
         ConfigError: an override that the model refuses.
 
     """
-    values = base.model_dump()
+    values = base.model_dump(mode='json')
     for path, field, value in _leaves(base):
+        if path in skip:
+            continue
         name = prefix + path
         declared = _declare_field(node, name, field, value, read_only=path not in settable)
         owner = values
@@ -125,7 +139,7 @@ def declare_model(
         for parent in parents:
             owner = owner[parent]
         owner[leaf] = declared
-    return model.from_mapping(values)
+    return type(base).from_mapping(values)
 
 
 def _leaves(model: ConfigModel, prefix: str = '') -> Iterator[tuple[str, Any, Any]]:
@@ -196,7 +210,7 @@ def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> Non
 def run(
     create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None = None
 ) -> int:
-    """Create nodes, run them until they are done or a signal comes, and return the exit code.
+    """Create nodes, run them until one is done or a signal comes, and return the exit code.
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
     finishes in order. A RigError is one sentence on standard error.
@@ -213,7 +227,7 @@ def run(
         nodes.extend(create())
         for node in nodes:
             executor.add_node(cast(Node, node))
-        while not signals and not all(node.is_done() for node in nodes):
+        while not signals and not any(node.is_done() for node in nodes):
             executor.spin_once(IDLE_S)
         spin_until_quiet(executor)
         for node in nodes:

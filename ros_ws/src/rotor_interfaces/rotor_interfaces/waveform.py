@@ -6,6 +6,7 @@ A block is a table: one row a sample, named and typed columns, little-endian. Re
 column name and accept more, fewer or reordered columns.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,36 +77,40 @@ def encode(block: WaveformBlock, factory: MessageFactory = ROS) -> Any:
 
     """
     rows = np.ascontiguousarray(block.rows)
-    fields = []
-    floats = []
-    for name in block.columns:
-        dtype, offset = rows.dtype.fields[name][:2]
-        if dtype not in _CODES:
-            raise WireError(f'column {name!r} has type {dtype.str}, which PointField cannot carry')
-        if dtype.kind == 'f':
-            floats.append(name)
-        fields.append(
-            factory.new(
-                'sensor_msgs/msg/PointField',
-                name=name,
-                offset=offset,
-                datatype=_CODES[dtype],
-                count=1,
-            )
-        )
+    fields = _point_fields(rows.dtype, factory)
+    floats = [name for name in block.columns if rows.dtype[name].kind == 'f']
     dense = all(bool(np.isfinite(rows[name]).all()) for name in floats)
     return factory.new(
         'sensor_msgs/msg/PointCloud2',
         header=header(factory, block.stamp_ns, block.frame_id),
         height=1,
         width=len(rows),
-        fields=fields,
+        fields=list(fields),
         is_bigendian=False,
         point_step=rows.dtype.itemsize,
         row_step=rows.nbytes,
         data=factory.sequence(rows.view(np.uint8).reshape(-1)),
         is_dense=dense,
     )
+
+
+@functools.lru_cache(maxsize=16)
+def _point_fields(dtype: np.dtype[Any], factory: MessageFactory) -> tuple[Any, ...]:
+    fields = []
+    for name in dtype.names or ():
+        column, offset = (dtype.fields or {})[name][:2]
+        if column not in _CODES:
+            raise WireError(f'column {name!r} has type {column.str}, which PointField cannot carry')
+        fields.append(
+            factory.new(
+                'sensor_msgs/msg/PointField',
+                name=name,
+                offset=offset,
+                datatype=_CODES[column],
+                count=1,
+            )
+        )
+    return tuple(fields)
 
 
 def decode(message: Any) -> WaveformBlock:

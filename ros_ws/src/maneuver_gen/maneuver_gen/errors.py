@@ -1,0 +1,9 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of the manoeuvre generator."""
+
+from rotor_interfaces.errors import RigError
+
+
+class ManeuverError(RigError, ValueError):
+    """A manoeuvre, flight file or run length that is not allowed; one sentence says why."""

@@ -1,0 +1,144 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded flight from a CSV file: time, load factor and, if wanted, lateral load factor."""
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE
+from maneuver_gen.errors import ManeuverError
+from maneuver_gen.profiles import FloatArray
+
+_RANGES = {
+    'time_s': (-math.inf, math.inf),
+    'load_factor': LOAD_FACTOR_RANGE,
+    'lateral_load_factor': LATERAL_LOAD_FACTOR_RANGE,
+}
+_REQUIRED = ('time_s', 'load_factor')
+_HEADER_RULE = (
+    'the first line names the columns time_s, load_factor and optionally '
+    'lateral_load_factor, comma separated'
+)
+# a flight exactly as long as the run is long enough, whatever the last digit of its times
+_TIME_TOLERANCE_S = 1e-9
+
+
+@dataclass(frozen=True)
+class RecordedFlight:
+    """Rows of a flight file: increasing times (s) and load factors, float64, shape (n,)."""
+
+    path: Path
+    times_s: FloatArray
+    load_factors: FloatArray
+    lateral_load_factors: FloatArray
+
+    def require(self, start_s: float, duration_s: float) -> None:
+        """Raise ManeuverError unless the file covers duration_s from its own time start_s."""
+        first, last = float(self.times_s[0]), float(self.times_s[-1])
+        if not first <= start_s < last:
+            raise ManeuverError(
+                f'start_s = {start_s:g} lies outside the flight file {self.path}; '
+                f'allowed: {first:.10g} to below {last:.10g} s'
+            )
+        if start_s + duration_s > last + _TIME_TOLERANCE_S:
+            raise ManeuverError(
+                f'the flight file {self.path} ends {last - start_s:.10g} s after start_s = '
+                f'{start_s:g} s, but {duration_s:.10g} s are needed; shorten the run or give a '
+                'longer flight'
+            )
+
+    def sample(self, times_s: FloatArray) -> FloatArray:
+        """Return (n, 2) load factors at times of the file, linear between rows, held outside."""
+        normal = np.interp(times_s, self.times_s, self.load_factors)
+        lateral = np.interp(times_s, self.times_s, self.lateral_load_factors)
+        return np.column_stack((normal, lateral))
+
+
+def read_flight(path: Path) -> RecordedFlight:
+    """Return the flight of a CSV file; raises ManeuverError with the file and line.
+
+    The first line names the columns: time_s, load_factor and optionally lateral_load_factor, in
+    any order, comma separated, UTF-8. Signs as in `profiles`. Empty lines are skipped.
+    """
+    try:
+        with path.open(newline='', encoding='utf-8-sig') as stream:
+            columns = _read_columns(path, stream)
+    except ManeuverError:
+        raise
+    except UnicodeDecodeError:
+        raise ManeuverError(f'the flight file {path} is not a UTF-8 text file') from None
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise ManeuverError(f'the flight file {path} cannot be read: {reason}') from None
+    times = np.array(columns['time_s'], dtype=np.float64)
+    lateral = columns.get('lateral_load_factor', [0.0] * len(times))
+    return RecordedFlight(
+        path=path,
+        times_s=times,
+        load_factors=np.array(columns['load_factor'], dtype=np.float64),
+        lateral_load_factors=np.array(lateral, dtype=np.float64),
+    )
+
+
+def _read_columns(path: Path, stream: TextIO) -> dict[str, list[float]]:
+    reader = csv.reader(stream, strict=True)
+    # the reader's own line count, since a quoted value may run over several lines
+    lines = ((reader.line_num, [text.strip() for text in row]) for row in reader if row)
+    names = _read_header(path, lines)
+    columns: dict[str, list[float]] = {name: [] for name in names}
+    for number, row in lines:
+        where = f'line {number} of the flight file {path}'
+        if len(row) != len(names):
+            raise ManeuverError(
+                f'{where} has {len(row)} values where the first line names {len(names)} columns'
+            )
+        for name, text in zip(names, row, strict=True):
+            columns[name].append(_number(where, name, text))
+        times = columns['time_s']
+        if len(times) > 1 and times[-1] <= times[-2]:
+            raise ManeuverError(
+                f'{where}: time_s = {times[-1]:.10g} does not come after {times[-2]:.10g}; '
+                'times must increase from row to row'
+            )
+    if len(columns['time_s']) < 2:
+        raise ManeuverError(f'the flight file {path} has fewer than the 2 rows that a flight needs')
+    return columns
+
+
+def _read_header(path: Path, lines: Iterator[tuple[int, list[str]]]) -> list[str]:
+    number, names = next(lines, (0, []))
+    if not names:
+        raise ManeuverError(f'the flight file {path} is empty; {_HEADER_RULE}')
+    missing = [name for name in _REQUIRED if name not in names]
+    unknown = [name for name in names if name not in _RANGES]
+    if missing:
+        wrong = f'lacks the column {missing[0]}'
+    elif unknown:
+        wrong = f'has the unknown column {unknown[0]!r}'
+    elif len(set(names)) != len(names):
+        wrong = 'names a column twice'
+    else:
+        return names
+    raise ManeuverError(f'line {number} of the flight file {path} {wrong}; {_HEADER_RULE}')
+
+
+def _number(where: str, name: str, text: str) -> float:
+    try:
+        # float() would take 1_0 for 10
+        value = math.nan if '_' in text else float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ManeuverError(f'{where}: {name} = {text!r} is not a finite number')
+    low, high = _RANGES[name]
+    if not low <= value <= high:
+        raise ManeuverError(
+            f'{where}: {name} = {value:g} is out of range; allowed: {low:g} to {high:g}'
+        )
+    return value

@@ -1,0 +1,300 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The `rotor-rig` command line. Results also as --json; exit codes in `ExitCode`."""
+
+import enum
+import json
+import math
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import yaml
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
+from rich.table import Table
+from rotor_interfaces.errors import ConfigError, RigError
+from typer.core import TyperGroup
+
+from rotor_bringup.errors import ProcessError
+from rotor_bringup.scenario import (
+    DEFAULT_SCENARIO,
+    Scenario,
+    load_scenario,
+    shipped_scenarios,
+)
+
+console = Console(stderr=True)
+
+
+class ExitCode(enum.IntEnum):
+    """What the exit code of every command means."""
+
+    DONE = 0
+    CHECK_FAILED = 1
+    BAD_INPUT = 2
+    PROCESS_FAILED = 3
+    INTERRUPTED = 130
+
+
+class _Group(TyperGroup):
+    """Turns the rig's own errors into one sentence and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except ProcessError as error:
+            _fail(str(error), ExitCode.PROCESS_FAILED)
+        except RigError as error:
+            _fail(str(error), ExitCode.BAD_INPUT)
+        except KeyboardInterrupt:
+            _fail('interrupted', ExitCode.INTERRUPTED)
+
+
+app = typer.Typer(
+    cls=_Group,
+    help='A virtual rig of a cracked rotor in flight manoeuvres, on ROS 2 Jazzy.',
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+scenario_app = typer.Typer(cls=_Group, help='Look at scenarios and check your own.')
+app.add_typer(scenario_app, name='scenario')
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help='Name of a shipped scenario, a YAML file, or a recording to repeat.')
+]
+DurationOption = Annotated[
+    float | None, typer.Option('--duration', help='Length of the run in s, instead of its own.')
+]
+JsonOption = Annotated[bool, typer.Option('--json', help='Print the result as JSON.')]
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument = DEFAULT_SCENARIO,
+    duration: DurationOption = None,
+    rate: Annotated[
+        float, typer.Option(help='Multiple of real time; 0 = as fast as nothing is lost.')
+    ] = 1.0,
+    record: Annotated[
+        Path, typer.Option(help='Folder in which the recording gets a folder of its own.')
+    ] = Path('recordings'),
+    composed: Annotated[
+        bool, typer.Option('--composed', help='All nodes in one process.')
+    ] = False,
+    view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run a scenario live over DDS and record it."""
+    from rotor_bringup.live import run_live
+
+    plan = _load(scenario, duration)
+    if not (math.isfinite(rate) and 0.0 <= rate <= 1000.0):
+        raise ConfigError(f'--rate {rate:g} is out of range; allowed: 0 to 1000')
+    folder = _new_bag_folder(record, plan.name)
+    result = run_live(
+        plan,
+        rate=rate,
+        folder=folder,
+        composed=composed,
+        view=view,
+        console=console,
+        quiet=as_json,
+    )
+    if as_json:
+        _print_json(
+            {
+                'scenario': plan.name,
+                'recording': str(result.recording),
+                'interrupted': result.interrupted,
+                'complaints': result.complaints,
+                **result.state.as_dict(),
+            }
+        )
+    else:
+        console.print(f'recording: {result.recording}', soft_wrap=True, highlight=False)
+        console.print(f'monitor:   {result.state.conclusion()}', soft_wrap=True, highlight=False)
+        if result.state.lost:
+            console.print(f'lost:      {result.state.lost} samples', style='bold red')
+        console.print(f'view it:   rotor-rig view {result.recording}', soft_wrap=True)
+        console.print(f'replay it: rotor-rig replay {result.recording}', soft_wrap=True)
+    for complaint in result.complaints:
+        console.print(f'warning: {complaint}', style='yellow', soft_wrap=True)
+    if result.interrupted:
+        raise typer.Exit(ExitCode.INTERRUPTED)
+    if result.complaints:
+        raise typer.Exit(ExitCode.PROCESS_FAILED)
+
+
+@app.command()
+def simulate(
+    scenario: ScenarioArgument = DEFAULT_SCENARIO,
+    out: Annotated[Path, typer.Option(help='MCAP file to write.')] = ...,  # type: ignore[assignment]
+    duration: DurationOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the recording of a scenario offline; no ROS runs."""
+    from rotor_bringup.display import RunState
+    from rotor_bringup.pipeline import record
+
+    plan = _load(scenario, duration)
+    state = RunState(plan.duration_s)
+    with _progress(as_json) as progress:
+        task = progress.add_task(plan.name, total=plan.duration_s)
+        for step in record(plan, out):
+            simulated_s = (step.block.first_sample + len(step.block.rows)) / plan.rate_hz
+            state.advance(simulated_s)
+            for window in step.records:
+                state.take_indicators(dict(zip(window.names, window.values, strict=True)))
+                state.take_alarm(int(window.alarm.level), '; '.join(window.alarm.reasons))
+            progress.update(task, completed=simulated_s)
+    if as_json:
+        _print_json({'scenario': plan.name, 'recording': str(out), **state.as_dict()})
+    else:
+        console.print(f'recording: {out}', soft_wrap=True, highlight=False)
+        console.print(f'monitor:   {state.conclusion()}', soft_wrap=True, highlight=False)
+
+
+@app.command()
+def replay(
+    file: Annotated[Path, typer.Argument(help='Recording: bag folder or MCAP file.')],
+    rate: Annotated[float, typer.Option(help='Multiple of real time, above 0.')] = 1.0,
+    loop: Annotated[bool, typer.Option('--loop', help='Start again at the end.')] = False,
+    start: Annotated[float, typer.Option(help='Skip this many s.')] = 0.0,
+    topic: Annotated[
+        list[str] | None, typer.Option(help='Only this topic; may be given several times.')
+    ] = None,
+) -> None:
+    """Publish a recording again, with its own times as /clock."""
+    from vibration_monitor.replay_node import replay as replay_recording
+
+    code = replay_recording(file, rate=rate, loop=loop, start_s=start, topics=topic)
+    raise typer.Exit(code)
+
+
+@app.command()
+def analyze(
+    file: Annotated[Path, typer.Argument(help='Recording: bag folder or MCAP file.')],
+    out: Annotated[
+        Path | None, typer.Option(help='Write every window: .json or .csv by the ending.')
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the monitor over a recording: the same indicators as live."""
+    from rotor_bringup.analysis import analyze_recording, save_windows
+
+    analysis = analyze_recording(file)
+    if out is not None:
+        save_windows(analysis, out)
+    for sentence in analysis.damage:
+        console.print(f'warning: {sentence}', style='yellow', soft_wrap=True)
+    if as_json:
+        _print_json(analysis.summary())
+        return
+    table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
+    for name, median, largest in analysis.highlights():
+        table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
+    Console().print(table)
+    Console().print(f'monitor: {analysis.state.conclusion()}', soft_wrap=True, highlight=False)
+
+
+@app.command()
+def view(
+    file: Annotated[Path, typer.Argument(help='Recording: bag folder or MCAP file.')],
+    save: Annotated[Path | None, typer.Option(help='Write a .rrd file instead.')] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help='Write a .png of the view instead, without a screen.')
+    ] = None,
+) -> None:
+    """Show a recording in rerun: plots, orbit, spectra and the rig in 3-D."""
+    from vibration_monitor.view import view_recording
+
+    view_recording(file, save=save, screenshot=screenshot)
+
+
+@scenario_app.command('list')
+def list_scenarios(as_json: JsonOption = False) -> None:
+    """List the scenarios that come with the rig."""
+    scenarios = [load_scenario(name) for name in shipped_scenarios()]
+    if as_json:
+        _print_json({plan.name: plan.description for plan in scenarios})
+        return
+    table = Table('name', 'length', 'what it shows', box=None)
+    for plan in scenarios:
+        table.add_row(plan.name, f'{plan.duration_s:g} s', plan.description)
+    Console().print(table)
+
+
+@scenario_app.command('show')
+def show_scenario(scenario: ScenarioArgument, as_json: JsonOption = False) -> None:
+    """Show a scenario with every value it leaves to the defaults."""
+    plan = load_scenario(scenario)
+    if as_json:
+        _print_json(plan.plain())
+    else:
+        typer.echo(yaml.safe_dump(plan.plain(), sort_keys=False, allow_unicode=True), nl=False)
+
+
+@scenario_app.command('check')
+def check_scenario(
+    file: Annotated[str, typer.Argument(help='YAML file of a scenario.')],
+    as_json: JsonOption = False,
+) -> None:
+    """Check a scenario without running it."""
+    plan = load_scenario(file)
+    if as_json:
+        _print_json({'scenario': plan.name, 'ok': True})
+    else:
+        typer.echo(f'{plan.name}: good, {plan.duration_s:g} s')
+
+
+def _load(source: str, duration: float | None) -> Scenario:
+    return load_scenario(source, **({} if duration is None else {'duration_s': duration}))
+
+
+def _new_bag_folder(parent: Path, name: str) -> Path:
+    """Return a folder name that does not exist yet; the recorder makes the folder."""
+    stem = f'{name}-{datetime.now(UTC):%Y%m%d-%H%M%S}'
+    candidates = [parent / stem, *(parent / f'{stem}-{number}' for number in range(2, 100))]
+    return next(folder for folder in candidates if not folder.exists()).absolute()
+
+
+def _progress(quiet: bool) -> Progress:
+    return Progress(
+        SpinnerColumn(),
+        *Progress.get_default_columns()[:-1],
+        TimeRemainingColumn(),
+        console=console,
+        disable=quiet or not console.is_terminal,
+        transient=True,
+    )
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    typer.echo(json.dumps(_without_nan(data), indent=2))
+
+
+def _without_nan(value: Any) -> Any:
+    """Return `value` with NaN and infinity as None: JSON has neither."""
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _fail(sentence: str, code: ExitCode) -> None:
+    console.print(f'error: {sentence}', style='red', soft_wrap=True, highlight=False, markup=False)
+    raise typer.Exit(code)
+
+
+def main() -> None:
+    """Run the command line."""
+    sys.exit(app())
+
+
+if __name__ == '__main__':
+    main()

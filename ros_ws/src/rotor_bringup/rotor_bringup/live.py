@@ -1,0 +1,193 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""A live run over DDS: processes started, watched from an ordinary node, ended in order."""
+
+import json
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rotor_interfaces import messages, ros, topics
+
+from rotor_bringup.display import Display, RunState
+from rotor_bringup.processes import ProcessGroup, ProcessPlan
+from rotor_bringup.scenario import Scenario, versions
+
+CONSUMERS = ['vibration_monitor', 'recorder']
+OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
+STANDARD_GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """How a live run ended."""
+
+    recording: Path
+    state: RunState
+    interrupted: bool
+    complaints: list[str]
+
+
+class RunWatcher(Node):  # type: ignore[misc]
+    """Fills a RunState from the topics, as any other subscriber could."""
+
+    def __init__(self, scenario: Scenario, state: RunState) -> None:
+        super().__init__('run_watcher')
+        self._state = state
+        self._load_factor = load_grid(scenario.maneuver, scenario.duration_s)[:, 0] / (
+            STANDARD_GRAVITY_M_S2
+        )
+        self._epoch_ns: int | None = None
+        ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
+        ros.subscription(self, topics.CLOCK, self._on_clock)
+        ros.subscription(self, topics.INDICATORS, self._on_indicators)
+        ros.subscription(self, topics.ALARM, self._on_alarm)
+        ros.subscription(self, topics.DIAGNOSTICS, self._on_diagnostics)
+
+    def _on_load(self, message: Any) -> None:
+        if self._epoch_ns is None:
+            self._epoch_ns = messages.stamp_ns(message)
+
+    def _on_clock(self, message: Any) -> None:
+        if self._epoch_ns is None:
+            return
+        simulated_s = (messages.stamp_ns(message) - self._epoch_ns) * 1e-9
+        self._state.advance(simulated_s)
+        point = min(round(simulated_s * LOAD_RATE_HZ), len(self._load_factor) - 1)
+        self._state.load_factor = float(self._load_factor[point])
+
+    def _on_indicators(self, message: Any) -> None:
+        self._state.take_indicators(dict(zip(message.name, message.position, strict=True)))
+
+    def _on_alarm(self, message: Any) -> None:
+        status = message.status[0]
+        self._state.take_alarm(messages.level_of(status), status.message)
+
+    def _on_diagnostics(self, message: Any) -> None:
+        for status in message.status:
+            for value in status.values:
+                if value.key == 'lost samples [1]':
+                    self._state.lost_samples[status.name] = int(value.value)
+                elif value.key == 'late blocks [1]':
+                    self._state.late_blocks = int(value.value)
+
+
+def run_live(
+    scenario: Scenario,
+    *,
+    rate: float,
+    folder: Path,
+    composed: bool,
+    view: bool,
+    console: Console,
+    quiet: bool,
+) -> RunResult:
+    """Run a scenario live and return when it is over, interrupted or failed.
+
+    Args:
+        scenario: what to run.
+        rate: multiple of real time; 0 = as fast as the consumers keep up.
+        folder: bag folder that the recorder makes.
+        composed: all nodes in one process instead of one each.
+        view: also start the rerun viewer.
+        console: where progress goes.
+        quiet: show no progress.
+
+    Raises:
+        ProcessError: a process of the rig failed; the others have been ended.
+
+    """
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    state = RunState(scenario.duration_s)
+    with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
+        os.environ.setdefault('ROS_LOG_DIR', logs)
+        plans = _plans(composed=composed, view=view)
+        group = ProcessGroup(plans, _parameters(scenario, rate, folder), Path(logs))
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            watcher = RunWatcher(scenario, state)
+            executor = EventsExecutor()
+            executor.add_node(watcher)
+            group.start()
+            with Display(state, console, quiet=quiet) as display:
+                while not received and not group.has_ended(plans[0].name):
+                    _spin_for(executor, 0.05)
+                    display.refresh()
+        finally:
+            complaints = group.stop()
+            if rclpy.ok():
+                ros.spin_until_quiet(executor)
+                watcher.destroy_node()
+            rclpy.try_shutdown()
+    return RunResult(folder, state, bool(received), complaints)
+
+
+def _spin_for(executor: EventsExecutor, seconds: float) -> None:
+    deadline = time.monotonic() + seconds
+    while (remaining := deadline - time.monotonic()) > 0.0:
+        executor.spin_once(remaining)
+
+
+def _plans(*, composed: bool, view: bool) -> list[ProcessPlan]:
+    if composed:
+        plans = [ProcessPlan('rotor_rig', 'rotor_bringup.composed')]
+    else:
+        plans = [
+            ProcessPlan('rotor_sim', 'rotor_sim.node'),
+            ProcessPlan('maneuver_gen', 'maneuver_gen.node'),
+            ProcessPlan('vibration_monitor', 'vibration_monitor.node'),
+            ProcessPlan('recorder', 'vibration_monitor.recorder_node'),
+        ]
+    if view:
+        plans.append(ProcessPlan('viewer', 'vibration_monitor.viewer_node', optional=True))
+    return plans
+
+
+def _parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, dict[str, Any]]:
+    """Return the parameters of every node; see each node's declarations."""
+    return {
+        'rotor_sim': {
+            'config': scenario.rotor_sim().model_dump_json(),
+            'scenario': json.dumps(scenario.plain()),
+            'versions': json.dumps(versions()),
+            'duration_s': float(scenario.duration_s),
+            'rate': float(rate),
+            'consumers': CONSUMERS,
+        },
+        'maneuver_gen': {
+            'config': json.dumps(scenario.plain()['maneuver']),
+            'duration_s': float(scenario.duration_s),
+        },
+        'vibration_monitor': {'config': scenario.monitor.model_dump_json(), 'listeners': 1},
+        'recorder': {
+            'path': str(folder),
+            'expect': [topic.name for topic in topics.TOPICS if topic not in OPTIONAL_TOPICS],
+        },
+    }
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Collect SIGINT and SIGTERM instead of dying of them."""
+    received: list[int] = []
+    before = {
+        number: signal.signal(number, lambda got, _: received.append(got))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,130 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenario files: one YAML describes a run, live and offline alike."""
+
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Self
+
+import pydantic
+import yaml
+from maneuver_gen.config import ManeuverConfig, resolve_paths
+from maneuver_gen.load_grid import check_duration
+from rotor_interfaces.config import ConfigModel, quantity
+from rotor_sim.config import RotorSimConfig
+from vibration_monitor.config import MonitorConfig
+from vibration_monitor.reading import Recording
+
+from rotor_bringup.errors import ScenarioError
+
+DEFAULT_SCENARIO = 'climb_dive'
+OFFLINE_EPOCH_NS = 1_700_000_000_000_000_000
+
+
+class Scenario(RotorSimConfig):
+    """Everything that a run depends on: rotor, speed, sensors, manoeuvre, monitor, length, seed."""
+
+    name: str = pydantic.Field(description='short name, used for the recording')
+    description: str = pydantic.Field('', description='what the scenario shows, for people')
+    duration_s: float = quantity(20.0, unit='s', description='length of the run', gt=0, le=86400)
+    epoch_ns: int = quantity(
+        OFFLINE_EPOCH_NS, unit='ns', description='stamp of time 0 in an offline run', ge=0, lt=2**62
+    )
+    maneuver: ManeuverConfig = pydantic.Field(description='what the aircraft flies')
+    monitor: MonitorConfig = pydantic.Field(
+        default_factory=MonitorConfig, description='what the monitor computes and when it warns'
+    )
+
+    @pydantic.model_validator(mode='after')
+    def _flight_covers_the_run(self) -> Self:
+        check_duration(self.maneuver, self.duration_s)
+        return self
+
+    def rotor_sim(self) -> RotorSimConfig:
+        """Return the part that the simulator needs."""
+        return RotorSimConfig.from_mapping(
+            {name: value for name, value in self.plain().items()
+             if name in RotorSimConfig.model_fields}
+        )  # fmt: skip
+
+    def plain(self) -> dict[str, Any]:
+        """Return the scenario as plain data that makes an equal scenario again."""
+        return self.model_dump(mode='json')
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the rig."""
+    folder = files('rotor_bringup') / 'scenarios'
+    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith('.yaml'))
+
+
+def load_scenario(source: str, **changes: Any) -> Scenario:
+    """Return the scenario of a shipped name, a YAML file or a recording.
+
+    Args:
+        source: a name from `shipped_scenarios`, a path to a YAML file, or a recording, whose
+            run it then repeats, parameter changes included.
+        changes: top-level keys that replace the file's, such as `duration_s`.
+
+    Raises:
+        ScenarioError: not found, not readable, not YAML.
+        ConfigError: a key, type or value that is not allowed.
+
+    """
+    path = Path(source)
+    if source in shipped_scenarios():
+        text = (files('rotor_bringup') / 'scenarios' / f'{source}.yaml').read_text('utf-8')
+        data = _parse(text, source)
+    elif path.is_dir() or '.mcap' in path.suffixes:
+        data = _from_recording(path)
+    elif path.is_file():
+        data = _parse(_read(path), source)
+    else:
+        raise ScenarioError(
+            f'scenario {source!r} is neither a file nor one of {", ".join(shipped_scenarios())}'
+        )
+    data.setdefault('name', path.stem)
+    data['maneuver'] = resolve_paths(data.get('maneuver'), path.parent.resolve())
+    return Scenario.from_mapping({**data, **changes})
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text('utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f'scenario {path} cannot be read: {error}') from None
+
+
+def _parse(text: str, source: str) -> dict[str, Any]:
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        place = f' in line {mark.line + 1}' if mark else ''
+        problem = getattr(error, 'problem', None) or 'it cannot be parsed'
+        raise ScenarioError(f'scenario {source} is not valid YAML{place}: {problem}') from None
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise ScenarioError(f'scenario {source} must be a mapping of keys such as `maneuver`')
+    return data
+
+
+def _from_recording(path: Path) -> dict[str, Any]:
+    config = Recording(path).config()
+    scenario = (config or {}).get('scenario')
+    if not isinstance(scenario, Mapping) or not scenario:
+        raise ScenarioError(f'recording {path} holds no scenario, so its run cannot be repeated')
+    return dict(scenario)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a repeated run should have."""
+    names = ('rotor_bringup', 'rotor_sim', 'numpy', 'numba', 'scipy', 'mcap', 'rosbags')
+    found = {}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = 'not installed as a package'
+    return found

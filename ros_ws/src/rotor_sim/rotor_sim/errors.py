@@ -1,0 +1,13 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of the rotor simulator."""
+
+from rotor_interfaces.errors import RigError
+
+
+class RotorError(RigError, ValueError):
+    """A rotor parameter, a load grid or a live change that cannot be accepted."""
+
+
+class IntegrationError(RigError):
+    """The equations could not be solved: no equilibrium, or a state that left the model."""

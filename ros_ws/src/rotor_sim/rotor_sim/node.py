@@ -1,0 +1,339 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Node `rotor_sim`: integrates block after block as the load grid and the credits allow.
+
+Thin adapter around `RotorSimulator`: it feeds the grid in, publishes what comes out, and keeps
+the three rules of the co-simulation: never past the grid, never more than a window ahead of the
+slowest registered consumer (accelerated runs), never ahead of the wall clock (paced runs).
+"""
+
+import json
+import sys
+import time
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
+from rotor_interfaces.topics import Topic
+
+from rotor_sim.config import NoiseLevels, RotorSimConfig
+from rotor_sim.errors import RotorError
+from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
+from rotor_sim.messages import block_messages, config_message
+from rotor_sim.parameters import VARIANTS
+from rotor_sim.simulator import RotorSimulator
+
+GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
+TICK_S = 0.002
+BLOCKS_PER_TICK = 8
+"""Few enough that incoming credits are handled between two ticks."""
+
+
+class CosimulationError(RigError):
+    """The run cannot go on: endpoints missing, a hole in the load grid, a consumer that stalls."""
+
+
+class RotorSimNode(Node):  # type: ignore[misc]
+    """Publishes the sensors and the ground truth of one run."""
+
+    def __init__(self) -> None:
+        super().__init__('rotor_sim')
+        text = ros.declare(
+            self, 'config', '', 'rotor part of a scenario as JSON; empty: the defaults'
+        )
+        self._scenario = json.loads(
+            ros.declare(self, 'scenario', '{}', 'the whole scenario as JSON, for rotor/config')
+        )
+        self._versions = json.loads(ros.declare(self, 'versions', '{}', 'versions as JSON'))
+        duration_s = ros.declare(self, 'duration_s', 20.0, 'length of the run [s]')
+        self._rate = ros.declare(
+            self, 'rate', 1.0, 'multiple of real time; 0: as fast as the consumers keep up'
+        )
+        self._consumers = list(
+            ros.declare(self, 'consumers', [''], 'names on rig/progress that must keep up')
+        )
+        self._window_blocks = ros.declare(
+            self, 'window_blocks', 64, 'blocks ahead of the slowest consumer at other rates than 1'
+        )
+        self._timeout_s = ros.declare(
+            self, 'timeout_s', 10.0, 'a stall of this length ends the run [s]; start-up: 3 times'
+        )
+        config = self._declare_config(RotorSimConfig.from_json(text or '{}'))
+        self._check(duration_s)
+        self._config = config
+        self._consumers = [name for name in self._consumers if name]
+        self._end_sample = round(duration_s * config.rate_hz)
+        self._simulator = RotorSimulator(config)
+        self._grid = LoadGrid()
+        self._epoch_ns = -1  # the stamp of the first load
+        self._consumed_ns: dict[str, int] = {}
+        self._state = self._wait_for_consumers
+        self._state_since = time.monotonic()
+        self._holes = 0
+        self._refused_loads = 0
+        self._overruns = 0
+        self._stalls = 0
+        self._stalled = False
+        self._last_diagnostic_s = -1
+        self._started = 0.0
+        self._changes = [change.model_dump() for change in config.changes]
+
+        published = [topics.WAVEFORM, topics.SHAFT, topics.TRUTH, topics.CONFIG, topics.CLOCK]
+        published += [topics.DIAGNOSTICS]
+        if config.sensors.truth_waveform:
+            published.append(topics.TRUTH_WAVEFORM)
+        if config.sensors.imu_rate_hz:
+            published += [topics.BEARING_1_IMU, topics.BEARING_2_IMU]
+        self._publishers_of = {topic: ros.publisher(self, topic) for topic in published}
+        self._progress = ros.Progress(self, 'rotor_sim')
+        ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
+        ros.subscription(self, topics.PROGRESS, self._on_progress)
+        ros.accept_changes(
+            self, {name: self._setter(name) for name in RotorSimulator.SETTABLE}
+        )
+        self._publish_config()
+        ros.timer(self, TICK_S, self._tick)
+
+    def _declare_config(self, base: RotorSimConfig) -> RotorSimConfig:
+        """Declare every scalar of the configuration; what can change live has its own name."""
+        rotor = ros.declare_model(
+            self,
+            base.parameters(),
+            prefix='rotor.',
+            skip={'variant', 'crack_stiffness_ratio', *VARIANTS['derived']},
+        )
+        live = ros.declare_model(self, base.live_parameters(), settable=RotorSimulator.SETTABLE)
+        noise = {name: getattr(live, name) for name in NoiseLevels.model_fields}
+        config = ros.declare_model(
+            self, base, skip={'speed.initial_rad_s', *(f'sensors.{name}' for name in noise)}
+        )
+        plain = config.model_dump(mode='json')
+        changed = {
+            name: value
+            for name, value in rotor.model_dump(mode='json').items()
+            if value != getattr(base.parameters(), name)
+        }
+        plain['rotor'] |= changed | {'crack_stiffness_ratio': live.crack_stiffness_ratio}
+        plain['speed']['initial_rad_s'] = live.speed_target_rad_s
+        plain['sensors'] |= noise
+        return RotorSimConfig.from_mapping(plain)
+
+    def _check(self, duration_s: float) -> None:
+        if not 0.0 < duration_s <= 1e6:
+            raise ConfigError(f'duration_s = {duration_s:g} is out of range; allowed: up to 1e6 s')
+        if not 0.0 <= self._rate <= 1000.0:
+            raise ConfigError(f'rate = {self._rate:g} is out of range; allowed: 0 to 1000')
+        if self._window_blocks < 1:
+            raise ConfigError(f'window_blocks = {self._window_blocks} must be at least 1')
+
+    def _setter(self, name: str) -> Any:
+        def apply(value: float) -> None:
+            sample = self._simulator.set_parameter(name, value)
+            self._changes.append({'sample': sample, 'parameter': name, 'value': float(value)})
+            self._publish_config()
+
+        return apply
+
+    def _publish_config(self) -> None:
+        scenario = {**self._scenario, 'changes': self._changes}
+        self._publishers_of[topics.CONFIG].publish(config_message(ROS, scenario, self._versions))
+
+    # -- incoming ---------------------------------------------------------------------------
+
+    def _on_load(self, message: Any) -> None:
+        if message.header.frame_id != topics.ROTOR_FRAME:
+            self._refuse(f'frame_id {message.header.frame_id!r}, wanted {topics.ROTOR_FRAME!r}')
+            return
+        stamp_ns = messages.stamp_ns(message)
+        if self._epoch_ns < 0:
+            self._epoch_ns = stamp_ns
+        k, remainder = divmod(stamp_ns - self._epoch_ns, GRID_STEP_NS)
+        if remainder or k < 0:
+            self._refuse(f'stamp {stamp_ns} ns is not on the 10 ms grid of this run')
+            return
+        if k < self._grid.next_index:
+            return  # latched points that came before
+        if k > self._grid.next_index:
+            self._holes += 1
+            return
+        try:
+            self._grid.append(k, message.accel.linear.y, message.accel.linear.z)
+        except RotorError as error:
+            self._refuse(str(error))
+
+    def _refuse(self, reason: str) -> None:
+        self._refused_loads += 1
+        self.get_logger().error(f'maneuver/load refused: {reason}', throttle_duration_sec=1.0)
+
+    def _on_progress(self, message: Any) -> None:
+        if message.frame_id in self._consumers:
+            self._consumed_ns[message.frame_id] = messages.stamp_ns(message)
+
+    # -- the run ----------------------------------------------------------------------------
+
+    def _tick(self) -> None:
+        self._state()
+
+    def _enter(self, state: Any) -> None:
+        self._state = state
+        self._state_since = time.monotonic()
+
+    def _age_s(self) -> float:
+        return time.monotonic() - self._state_since
+
+    def _wait_for_consumers(self) -> None:
+        """Report ready once everybody who must hear time 0 has reported and matched."""
+        if self.count_publishers(topics.WAVEFORM.name) > 1:
+            raise CosimulationError(
+                'another source publishes rotor/waveform in this ROS domain; end it or choose '
+                'another ROS_DOMAIN_ID'
+            )
+        missing = [f'no report from {n}' for n in self._consumers if n not in self._consumed_ns]
+        missing += [
+            f'nobody listens to {topic.name}'
+            for topic, publisher in self._publishers_of.items()
+            if publisher.get_subscription_count() < self._expected_subscribers(topic)
+        ]
+        if not missing:
+            self._progress.report(0)
+            self._enter(self._wait_for_load)
+        elif self._age_s() > 3 * self._timeout_s:
+            raise CosimulationError(f'the run cannot start: {"; ".join(missing)}')
+
+    def _expected_subscribers(self, topic: Topic) -> int:
+        """Every consumer takes the waveform; the rest has at least the recorder."""
+        return len(self._consumers) if topic is topics.WAVEFORM else min(len(self._consumers), 1)
+
+    def _wait_for_load(self) -> None:
+        """Settle at the initial load as soon as it is known."""
+        if self._grid.next_index:
+            self._simulator.prepare(self._grid)
+            self._started = time.monotonic()
+            self._enter(self._advance)
+        elif self._age_s() > 3 * self._timeout_s:
+            raise CosimulationError('the run cannot start: no maneuver/load')
+
+    def _advance(self) -> None:
+        for _ in range(BLOCKS_PER_TICK):
+            first = self._simulator.next_sample
+            count = min(self._config.block_samples, self._end_sample - first)
+            if count <= 0:
+                self._enter(self._drain)
+                return
+            if not self._is_due(first + count):
+                return
+            reason = self._obstacle(first, count)
+            if reason:
+                self._stall(reason)
+                return
+            self._stalled = False
+            self._state_since = time.monotonic()
+            self._publish_block(count)
+
+    def _is_due(self, end_sample: int) -> bool:
+        """Paced runs publish a block when its last sample would have been measured."""
+        if not self._rate:
+            return True
+        late_s = (
+            time.monotonic() - self._started - end_sample / (self._config.rate_hz * self._rate)
+        )
+        block_s = self._config.block_samples / (self._config.rate_hz * self._rate)
+        if late_s > block_s and not self._stalled:
+            self._overruns += 1
+        return late_s >= 0.0
+
+    def _obstacle(self, first: int, count: int) -> str:
+        """Return why the next block must wait, '' where it need not."""
+        if not self._grid.covers(first + count, self._config.rate_hz):
+            hole = f' ({self._holes} later points came: there is a hole)' if self._holes else ''
+            return f'maneuver/load ends before point {self._grid.next_index}{hole}'
+        if self._rate != 1.0:
+            limit = first - self._window_blocks * self._config.block_samples
+            for name in self._consumers:
+                if limit >= 0 and self._consumed_ns[name] < self._stamp(limit):
+                    return f'{name} is {self._window_blocks} blocks behind'
+        return ''
+
+    def _stall(self, reason: str) -> None:
+        if not self._stalled:
+            self._stalled = True
+            self._stalls += 1
+        if self._age_s() > self._timeout_s:
+            first = self._simulator.next_sample / self._config.rate_hz
+            raise CosimulationError(
+                f'the run stalled at {first:.3f} s for {self._timeout_s:g} s: {reason}'
+            )
+
+    def _publish_block(self, count: int) -> None:
+        block = self._simulator.advance(count, self._grid)
+        for topic, _, message in block_messages(ROS, self._config, self._epoch_ns, block):
+            self._publishers_of[topic].publish(message)
+        end_ns = self._stamp(block.first_sample + count)
+        self._publishers_of[topics.CLOCK].publish(messages.clock(ROS, end_ns))
+        self._progress.report(end_ns)
+        self._diagnose(block.first_sample + count, end_ns)
+
+    def _diagnose(self, end_sample: int, end_ns: int) -> None:
+        """Publish /diagnostics once a second of simulated time."""
+        seconds = end_sample // self._config.rate_hz
+        if seconds == self._last_diagnostic_s:
+            return
+        self._last_diagnostic_s = seconds
+        simulated_s = end_sample / self._config.rate_hz
+        elapsed_s = max(time.monotonic() - self._started, 1e-9)
+        bad = self._holes + self._refused_loads + self._overruns
+        self._publishers_of[topics.DIAGNOSTICS].publish(
+            messages.diagnostics(
+                ROS,
+                end_ns,
+                'rotor_sim: co-simulation',
+                1 if bad else 0,
+                'load refused, holes or late blocks' if bad else 'on time',
+                {
+                    'simulated time [s]': f'{simulated_s:.3f}',
+                    'real-time factor [1]': f'{simulated_s / elapsed_s:.3f}',
+                    'late blocks [1]': self._overruns,
+                    'stalls [1]': self._stalls,
+                    'holes in the load grid [1]': self._holes,
+                    'refused loads [1]': self._refused_loads,
+                    'process time [s]': f'{time.process_time():.3f}',
+                },
+            )
+        )
+
+    def _drain(self) -> None:
+        """Wait until every consumer has taken the last block."""
+        count = (self._end_sample - 1) % self._config.block_samples + 1
+        last_ns = self._stamp(self._end_sample - count)
+        behind = [name for name in self._consumers if self._consumed_ns[name] < last_ns]
+        if not behind:
+            self._enter(self._idle)
+        elif self._age_s() > self._timeout_s:
+            raise CosimulationError(f'{" and ".join(behind)} did not take the last block')
+
+    def _idle(self) -> None:
+        pass
+
+    def _stamp(self, sample: int) -> int:
+        return sample_stamp_ns(self._epoch_ns, sample, self._config.rate_hz)
+
+    def is_done(self) -> bool:
+        """Say whether the last block has been taken by every consumer."""
+        return self._state == self._idle
+
+    def finish(self) -> None:
+        """Wait until what was published has been acknowledged."""
+        for publisher in self._publishers_of.values():
+            publisher.wait_for_all_acked(Duration(seconds=1.0))
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until the run is over or a signal comes; return the exit code."""
+    return ros.run(lambda: [RotorSimNode()], args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,111 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Static equilibrium of the rotor under a constant load, the start of every run."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotor_sim.errors import IntegrationError
+from rotor_sim.model import ball_angles, contact_force, crack_opening, stiffness
+from rotor_sim.parameters import RotorParameters
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 200
+_TOLERANCE = 1e-12
+
+
+def static_equilibrium(
+    parameters: RotorParameters,
+    load_m_s2: tuple[float, float],
+    angle_rad: float = 0.0,
+    crack_stiffness_ratio: float | None = None,
+    cage_angle_rad: float | None = None,
+) -> Array:
+    """Return the state (12,) at rest in m and m/s: displacements in balance, velocities 0.
+
+    The unbalance is left out (it turns). `load_m_s2` is (y, z) in frame `rotor`. Without load the
+    rotor is put at the origin; with clearance that is one of many places in the gap. Where f
+    jumps across the balance (variants other than `derived`), f is taken in between, as the
+    average of switching back and forth (Filippov).
+
+    Raises:
+        IntegrationError: nothing holds the rotor, or the search did not converge.
+
+    """
+    from scipy.optimize import brentq  # noqa: PLC0415 - slow to import
+
+    p = parameters
+    load = p.load_scale * np.array(load_m_s2, np.float64)
+    if not load.any():
+        return np.zeros(12)
+    ratio = p.crack_stiffness_ratio if crack_stiffness_ratio is None else crack_stiffness_ratio
+    cage = p.cage_ratio * angle_rad if cage_angle_rad is None else cage_angle_rad
+    lost = ratio * p.shaft_stiffness_n_m
+
+    def displacements(opening: float) -> tuple[Array, Array]:
+        at_disk = stiffness(p, opening, angle_rad, p.crack_scale * lost)
+        bend = np.linalg.solve(at_disk, 0.5 * p.disk_mass_kg * load)
+        at_bearing = stiffness(p, opening, angle_rad, p.bearing_crack_scale * lost)
+        journal = _seat(p, at_bearing @ bend + p.bearing_mass_kg * load, cage)
+        return journal + bend, journal
+
+    def excess(opening: float) -> float:
+        disk, _ = displacements(opening)
+        return float(crack_opening(p, disk[0], disk[1], angle_rad)) - opening
+
+    # f stays within 0..1, so the excess is >= 0 at 0 and <= 0 at 1
+    opening = 0.0
+    if ratio > 0.0 and excess(0.0) > 0.0:
+        opening = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, 0.0, 1.0, xtol=1e-15))
+    disk, journal = displacements(opening)
+    return np.concatenate([disk, journal, journal, np.zeros(6)])
+
+
+def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> Array:
+    """Return where the balls carry `force` (2,) in N: the minimum of a convex potential.
+
+    Newton's method with a step limit and halving; where one ball alone carries, the potential is
+    flat sideways and the point nearest the start is taken.
+    """
+    p = parameters
+    size = float(np.hypot(*force))
+    if size == 0.0:
+        return np.zeros(2)
+    if p.contact_stiffness_n_m15 == 0.0:
+        raise IntegrationError(
+            f'no equilibrium under {size:g} N: contact_stiffness_n_m15 = 0 lets the shaft fall; '
+            'raise it or take the load away'
+        )
+    balls = ball_angles(p, cage_angle_rad)
+    direction = np.stack([np.cos(balls), np.sin(balls)])
+    reach = (size / p.contact_stiffness_n_m15) ** (2.0 / 3.0)
+    x = force / size * (p.clearance_m + reach)
+
+    def residual(point: Array) -> Array:
+        return np.asarray(contact_force(p, point, cage_angle_rad) + force)
+
+    def potential(point: Array) -> float:
+        pressed = np.maximum(point @ direction - p.clearance_m, 0.0)
+        return float(0.4 * p.contact_stiffness_n_m15 * np.sum(pressed**2.5) - force @ point)
+
+    for _ in range(_ITERATIONS):
+        r = residual(x)
+        if float(np.hypot(*r)) <= _TOLERANCE * size:
+            return np.asarray(x)
+        pressed = np.sqrt(np.maximum(x @ direction - p.clearance_m, 0.0))
+        curvature = 1.5 * p.contact_stiffness_n_m15 * (direction * pressed) @ direction.T
+        curvature += 1e-9 * size / reach * np.eye(2)
+        step: Array = np.linalg.solve(curvature, r)
+        length = float(np.hypot(*step))
+        step *= min(1.0, (p.clearance_m + reach) / length)
+        here, norm = potential(x), float(np.hypot(*r))
+        while potential(x + step) > here and float(np.hypot(*residual(x + step))) > norm:
+            step = 0.5 * step
+            if float(np.hypot(*step)) < 1e-18:
+                break
+        x = x + step
+    raise IntegrationError(
+        f'no static equilibrium found under a load of {size:g} N on a bearing with clearance_m = '
+        f'{p.clearance_m:g} m; start from a larger load or without clearance'
+    )

@@ -1,0 +1,293 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""One MCAP file: what is whole, where it stands, and what is lost.
+
+Lengths are checked against the file before anything is read, and chunks against their checksum,
+so that a damaged file costs neither memory nor time, and never gives a wrong message.
+"""
+
+import os
+from bisect import bisect_right
+from collections import Counter
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, DataEnd, Footer, Metadata, Schema, Statistics
+from mcap.writer import MCAP0_MAGIC
+
+from vibration_monitor import mcap_records
+from vibration_monitor.errors import RecordingError
+from vibration_monitor.mcap_records import (
+    CHUNK,
+    FOOTER_BYTES,
+    MAX_BYTES,
+    MESSAGE,
+    RECORD,
+    DamageError,
+    RecordType,
+    StoredMessage,
+)
+
+RUN_BYTES = 2**20
+"""Messages outside of chunks are read in runs of about this size."""
+
+
+class Segment(NamedTuple):
+    """A chunk, or a run of messages outside of chunks; the times are log times in ns."""
+
+    start_ns: int
+    end_ns: int
+    offset: int
+    length: int
+    is_chunk: bool
+
+
+class McapFile:
+    """An MCAP file, finalised or not; only its structure is held in memory.
+
+    `damage` holds one sentence for each thing lost; it can grow while segments are read.
+    `counts` (messages by channel), `start_ns` and `end_ns` come from the summary of a whole
+    file and from the messages themselves otherwise.
+
+    Raises:
+        RecordingError: not readable, not MCAP, or damaged with no whole message left.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.damage: list[str] = []
+        self.segments: list[Segment] = []
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.counts: Counter[int] = Counter()
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
+        self.unread: set[Segment] = set()
+        self._indexed: Counter[int] = Counter()
+        self._statistics: Statistics | None = None
+        self._finalised = False
+        try:
+            with path.open('rb') as file:
+                self._walk(file)
+            if not self._take_statistics():
+                self._survey()
+        except OSError as error:
+            raise RecordingError(
+                f'{path} cannot be read ({error.strerror}); check the path and its permissions'
+            ) from None
+        if self.damage and not self.counts:
+            raise RecordingError(
+                f'{path} holds no whole message, so there is nothing to read '
+                f'({"; ".join(self.damage)})'
+            )
+
+    def read(self, segment: Segment) -> list[StoredMessage]:
+        """Return the messages of a segment in file order; empty, with a sentence, if damaged."""
+        if segment in self.unread:
+            return []
+        try:
+            return self._read(segment)
+        except DamageError as damage:
+            self.unread.add(segment)
+            kind = 'chunk' if segment.is_chunk else 'run of messages'
+            count = self._indexed[segment.offset] or 'uncounted'
+            self._note(
+                f'the {kind} at byte {segment.offset} is damaged ({damage}), so its {count} '
+                'messages are left out'
+            )
+            return []
+
+    def _read(self, segment: Segment) -> list[StoredMessage]:
+        if segment.length > MAX_BYTES:
+            raise DamageError(f'it is larger than {MAX_BYTES} bytes')
+        with self.path.open('rb') as file:
+            file.seek(segment.offset)
+            content = file.read(segment.length)
+        if segment.is_chunk:
+            content, claimed = mcap_records.unpack_chunk(content)
+            if len(content) != claimed:
+                self._note(
+                    f'the chunk at byte {segment.offset} claims {claimed} bytes and holds '
+                    f'{len(content)}, all of which were read'
+                )
+        messages: list[StoredMessage] = []
+        for opcode, body in mcap_records.records(content):
+            if opcode == Opcode.MESSAGE:
+                messages.append(mcap_records.message(body))
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._define(opcode, body)
+            elif opcode == Opcode.CHUNK and segment.is_chunk:
+                raise DamageError('it holds another chunk, which MCAP forbids')
+        return messages
+
+    def _note(self, text: str) -> None:
+        sentence = f'{self.path.name}: {text}'
+        if sentence not in self.damage:
+            self.damage.append(sentence)
+
+    # The walk from record to record, once, when the file is opened
+
+    def _walk(self, file: BinaryIO) -> None:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(0)
+        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            kind = 'is empty' if size == 0 else 'is not an MCAP file (its first bytes differ)'
+            raise RecordingError(f'{self.path} {kind}; give a .mcap file or the folder of a bag')
+        position = len(MCAP0_MAGIC)
+        while not self._finalised:
+            file.seek(position)
+            head = file.read(RECORD.size)
+            opcode, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
+            end = position + RECORD.size + length
+            if opcode and end <= size:
+                self._take(file, opcode, position, length)
+                position = end
+                continue
+            places = mcap_records.known_places(file, size)
+            later = bisect_right(places, position)
+            if later == len(places):
+                broken = size - position
+                self._note(
+                    f'it was not finalised, or is cut, at byte {position}'
+                    + (f'; the {broken} bytes of a broken record there are left out' * bool(broken))
+                )
+                return
+            self._note(f'bytes {position} to {places[later]} are damaged and left out')
+            position = places[later]
+        self._check_end(file, position, size)
+
+    def _take(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
+        """Note one record, whose content is the next `length` bytes of the file."""
+        if opcode == Opcode.CHUNK:
+            head = file.read(min(length, CHUNK.size))
+            start_ns, end_ns = CHUNK.unpack(head)[:2] if len(head) == CHUNK.size else (0, 0)
+            self.segments.append(
+                Segment(start_ns, end_ns, position + RECORD.size, length, is_chunk=True)
+            )
+        elif opcode == Opcode.MESSAGE:
+            self._take_message(file, position, length)
+        elif opcode == Opcode.MESSAGE_INDEX:
+            if self.segments:
+                # 2 bytes of channel and 4 of length, then 16 for each message of the chunk
+                self._indexed[self.segments[-1].offset] += max(length - 6, 0) // 16
+        elif length > MAX_BYTES:
+            self._note(f'the record at byte {position} is too large ({length} bytes), ignored')
+        else:
+            self._take_small(file, opcode, position, length)
+
+    def _take_small(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
+        """Read one of the records that describe the file."""
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self._define(opcode, file.read(length))
+        elif opcode == Opcode.METADATA:
+            metadata = self._parse(Metadata, file.read(length))
+            if metadata is not None:
+                self.metadata[metadata.name] = metadata.metadata
+        elif opcode == Opcode.STATISTICS:
+            self._statistics = self._parse(Statistics, file.read(length))
+        elif opcode == Opcode.DATA_END:
+            self._check_data(file, self._parse(DataEnd, file.read(length)), position)
+        elif opcode == Opcode.FOOTER:
+            self._finalised = True
+            self._check_summary(file, self._parse(Footer, file.read(length)), position)
+
+    def _take_message(self, file: BinaryIO, position: int, length: int) -> None:
+        head = file.read(min(length, MESSAGE.size))
+        log_time = MESSAGE.unpack(head)[2] if len(head) == MESSAGE.size else 0
+        end = position + RECORD.size + length
+        last = self.segments[-1] if self.segments else None
+        if last is None or last.is_chunk or end - last.offset > RUN_BYTES:
+            self.segments.append(Segment(log_time, log_time, position, end - position, False))
+        else:
+            start_ns, end_ns = min(last.start_ns, log_time), max(last.end_ns, log_time)
+            self.segments[-1] = Segment(start_ns, end_ns, last.offset, end - last.offset, False)
+
+    def _define(self, opcode: int, content: bytes) -> None:
+        if opcode == Opcode.SCHEMA:
+            schema = self._parse(Schema, content)
+            if schema is not None:
+                self.schemas[schema.id] = schema
+        else:
+            channel = self._parse(Channel, content)
+            if channel is not None:
+                self.channels[channel.id] = channel
+
+    def _parse(self, record: type[RecordType], content: bytes) -> RecordType | None:
+        parsed = mcap_records.parse(record, content)
+        if parsed is None:
+            self._note(f'a {record.__name__} record is damaged and ignored')
+        return parsed
+
+    def _check_end(self, file: BinaryIO, position: int, size: int) -> None:
+        file.seek(position)
+        extra = size - position - len(MCAP0_MAGIC)
+        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            self._note('the mark at the very end is missing, everything before it is whole')
+        elif extra:
+            self._note(f'{extra} bytes after the end of the recording are ignored')
+
+    def _check_data(self, file: BinaryIO, data_end: DataEnd | None, position: int) -> None:
+        # Chunks have their own checksum, so only messages outside of chunks need this one.
+        if data_end is None or not data_end.data_section_crc:
+            return
+        if all(segment.is_chunk for segment in self.segments):
+            return
+        if mcap_records.checksum(file, 0, position) != data_end.data_section_crc:
+            self._note(
+                'the checksum of the data section does not fit, so messages outside of chunks '
+                'may be damaged'
+            )
+
+    def _check_summary(self, file: BinaryIO, footer: Footer | None, position: int) -> None:
+        if footer is None or not footer.summary_crc:
+            return
+        start = footer.summary_start or position
+        # the sum covers the footer up to itself
+        end = position + FOOTER_BYTES - 4
+        if start > position or mcap_records.checksum(file, start, end) != footer.summary_crc:
+            self._statistics = None
+            self._note('the summary is damaged, so the messages themselves were counted')
+
+    # What is in the file
+
+    def _take_statistics(self) -> bool:
+        """Adopt the counts of the summary if the file is whole and it names every channel."""
+        known = self._statistics
+        if known is None or self.damage or known.channel_count != len(self.channels):
+            return False
+        if sum(known.channel_message_counts.values()) != known.message_count:
+            return False
+        self.counts.update(known.channel_message_counts)
+        if known.message_count:
+            self.start_ns, self.end_ns = known.message_start_time, known.message_end_time
+        return True
+
+    def _survey(self) -> None:
+        """Read every segment once: without a summary, definitions may stand anywhere."""
+        ranges: dict[int, tuple[int, int]] = {}
+        for segment in self.segments:
+            for message in self.read(segment):
+                low, high = ranges.get(message.channel_id, (message.log_time_ns,) * 2)
+                ranges[message.channel_id] = (
+                    min(low, message.log_time_ns),
+                    max(high, message.log_time_ns),
+                )
+                self.counts[message.channel_id] += 1
+        # only now is every definition known
+        unknown = {i: self.counts.pop(i) for i in ranges if i not in self.channels}
+        self.start_ns = min((ranges[i][0] for i in self.counts), default=None)
+        self.end_ns = max((ranges[i][1] for i in self.counts), default=None)
+        for channel_id, count in sorted(unknown.items()):
+            self._note(
+                f'{count} messages of channel {channel_id} are left out, since what defines the '
+                'channel is missing or damaged'
+            )
+        announced = self._statistics.message_count if self._statistics else 0
+        if announced > self.counts.total():
+            self._note(
+                f'{self.counts.total()} of the {announced} messages that its summary announces '
+                'could be read'
+            )

@@ -1,0 +1,177 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of an MCAP file, each taken apart without trusting a length or a checksum in it.
+
+The record types themselves are those of the `mcap` library (specification: mcap.dev/spec).
+"""
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import BinaryIO, NamedTuple, TypeVar
+
+import lz4.frame
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
+from mcap.writer import MCAP0_MAGIC
+
+MAX_BYTES = 256 * 2**20
+"""No chunk, packed or unpacked, and no other record is read beyond this; usual are 1 to 4 MiB."""
+
+RECORD = struct.Struct('<BQ')  # opcode, length of the content
+MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
+CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, checksum, length of a name
+_U64 = struct.Struct('<Q')
+FOOTER_BYTES = RECORD.size + 20
+_PIECE_BYTES = 2**20
+
+RecordType = TypeVar(
+    'RecordType', Schema, Channel, ChunkIndex, DataEnd, Footer, Metadata, Statistics
+)
+
+
+class StoredMessage(NamedTuple):
+    """One message as it stands in the file; times in ns."""
+
+    channel_id: int
+    log_time_ns: int
+    publish_time_ns: int
+    data: bytes
+
+
+class DamageError(Exception):
+    """What is wrong with a piece of the file, as the part of a sentence."""
+
+
+def parse(record: type[RecordType], content: bytes) -> RecordType | None:
+    """Return the record that `content` holds, None if it does not."""
+    try:
+        parsed: RecordType = record.read(ReadDataStream(io.BytesIO(content)))
+    except (McapError, ValueError, struct.error):
+        return None
+    return parsed
+
+
+def records(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield opcode and content of the records in a piece; raises DamageError where one is cut."""
+    position = 0
+    while position < len(content):
+        if position + RECORD.size > len(content):
+            raise DamageError('its last record is cut')
+        opcode, length = RECORD.unpack_from(content, position)
+        start = position + RECORD.size
+        position = start + length
+        if position > len(content):
+            raise DamageError('one of its records is cut')
+        yield opcode, content[start:position]
+
+
+def message(content: bytes) -> StoredMessage:
+    """Return the message of a record; raises DamageError if it has no whole head."""
+    if len(content) < MESSAGE.size:
+        raise DamageError('one of its messages is shorter than a message head')
+    channel_id, _, log_time_ns, publish_time_ns = MESSAGE.unpack_from(content)
+    return StoredMessage(channel_id, log_time_ns, publish_time_ns, content[MESSAGE.size :])
+
+
+def unpack_chunk(content: bytes) -> tuple[bytes, int]:
+    """Return the unpacked records of a chunk and the size that the chunk claims for them.
+
+    Raises:
+        DamageError: cut, too large, unknown compression, or a checksum that does not fit.
+
+    """
+    if len(content) < CHUNK.size:
+        raise DamageError('it is shorter than its own head')
+    *_, claimed, checksum, name_length = CHUNK.unpack_from(content)
+    packed_at = CHUNK.size + name_length + _U64.size
+    if packed_at > len(content):
+        raise DamageError('it is shorter than its own head')
+    name = content[CHUNK.size : CHUNK.size + name_length].decode(errors='replace')
+    (packed_length,) = _U64.unpack_from(content, packed_at - _U64.size)
+    if packed_at + packed_length > len(content):
+        raise DamageError('it is cut short')
+    packed = content[packed_at : packed_at + packed_length]
+    unpacked = _decompress(name, packed, min(claimed, MAX_BYTES))
+    if checksum and zlib.crc32(unpacked) != checksum:
+        raise DamageError('its checksum does not fit')
+    return unpacked, claimed
+
+
+def _decompress(name: str, packed: bytes, claimed: int) -> bytes:
+    """Return the content of a chunk, at most `claimed` bytes long."""
+    try:
+        if name == '':
+            unpacked = packed
+        elif name == 'lz4':
+            unpacked = _unpack_lz4(packed, claimed)
+        elif name == 'zstd':
+            # the frame's own size would be allocated whatever max_output_size says
+            if zstandard.frame_content_size(packed) > MAX_BYTES:
+                raise DamageError(f'it would unpack to more than {MAX_BYTES} bytes')
+            unpacked = zstandard.ZstdDecompressor().decompress(packed, max_output_size=claimed)
+        else:
+            raise DamageError(f'its compression is {name[:20]!r}; known are lz4, zstd and none')
+    except (RuntimeError, zstandard.ZstdError, MemoryError):
+        raise DamageError('it cannot be unpacked') from None
+    if len(unpacked) > claimed:
+        raise DamageError('it holds more than it claims')
+    return unpacked
+
+
+def _unpack_lz4(packed: bytes, claimed: int) -> bytes:
+    unpacker = lz4.frame.LZ4FrameDecompressor()
+    # in pieces: max_length is allocated at once, however little comes
+    pieces: list[bytes] = [unpacker.decompress(packed, max_length=_PIECE_BYTES)]
+    size = len(pieces[0])
+    while not unpacker.eof and not unpacker.needs_input and size <= claimed:
+        pieces.append(unpacker.decompress(b'', max_length=_PIECE_BYTES))
+        size += len(pieces[-1])
+    if not unpacker.eof and size <= claimed:
+        raise DamageError('it is cut short')
+    return b''.join(pieces)
+
+
+def known_places(file: BinaryIO, size: int) -> list[int]:
+    """Return where the summary says that chunks, and the summary itself, begin, in file order.
+
+    Only a place to go on from when the records before it are damaged: nothing else is taken
+    from there. Empty without a readable summary.
+    """
+    footer_at = size - FOOTER_BYTES - len(MCAP0_MAGIC)
+    if footer_at < 0:
+        return []
+    file.seek(footer_at)
+    content = file.read(FOOTER_BYTES)
+    footer = parse(Footer, content[RECORD.size :]) if content[0] == Opcode.FOOTER else None
+    if footer is None or not 0 < footer.summary_start < footer_at:
+        return []
+    summary_start: int = footer.summary_start
+    places = {summary_start}
+    file.seek(summary_start)
+    try:
+        for opcode, body in records(file.read(min(footer_at - summary_start, MAX_BYTES))):
+            index = parse(ChunkIndex, body) if opcode == Opcode.CHUNK_INDEX else None
+            if index is not None and index.chunk_start_offset < summary_start:
+                places.add(index.chunk_start_offset)
+    except DamageError:
+        pass  # the places found so far still help
+    return sorted(places)
+
+
+def checksum(file: BinaryIO, start: int, end: int) -> int:
+    """Return the CRC-32 of the bytes from `start` up to `end`."""
+    file.seek(start, os.SEEK_SET)
+    value = 0
+    while start < end:
+        piece = file.read(min(_PIECE_BYTES, end - start))
+        if not piece:
+            break
+        value = zlib.crc32(piece, value)
+        start += len(piece)
+    return value

@@ -1,0 +1,105 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Node `vibration_monitor`: thin adapter around `VibrationMonitor.push`."""
+
+import sys
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.errors import WireError
+from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.waveform import decode
+
+from vibration_monitor.config import MonitorConfig
+from vibration_monitor.messages import MonitorMessages
+from vibration_monitor.monitor import VibrationMonitor
+
+READY_CHECK_S = 0.05
+
+
+class MonitorNode(Node):  # type: ignore[misc]
+    """Turns `rotor/waveform` into spectra, indicators and the crack alarm."""
+
+    def __init__(self) -> None:
+        super().__init__('vibration_monitor')
+        text = ros.declare(
+            self, 'config', '', 'monitor section of a scenario as JSON; empty: the defaults'
+        )
+        self._listeners = ros.declare(
+            self, 'listeners', 0, 'subscribers that must match each output before time 0'
+        )
+        config = ros.declare_model(self, MonitorConfig.from_json(text or '{}'))
+        self._monitor = VibrationMonitor(config)
+        self._messages = MonitorMessages(ROS)
+        self._refused_blocks = 0
+        self._diagnostic_second = -1
+        self._publishers_of = {
+            topic: ros.publisher(self, topic)
+            for topic in (topics.SPECTRUM, topics.INDICATORS, topics.ALARM, topics.DIAGNOSTICS)
+        }
+        self._progress = ros.Progress(self, 'vibration_monitor')
+        ros.subscription(self, topics.WAVEFORM, self._on_waveform)
+        self._ready_timer = ros.timer(self, READY_CHECK_S, self._report_ready)
+
+    def _report_ready(self) -> None:
+        """Report ready once the source and every expected listener have matched."""
+        heard = self.count_publishers(topics.WAVEFORM.name) > 0
+        listened = all(
+            publisher.get_subscription_count() >= self._listeners
+            for publisher in self._publishers_of.values()
+        )
+        if heard and listened:
+            self._ready_timer.cancel()
+            self._progress.report(0)
+
+    def _on_waveform(self, message: Any) -> None:
+        stamp_ns = messages.stamp_ns(message)
+        try:
+            records = self._monitor.push(decode(message))
+        except WireError as error:
+            self._refused_blocks += 1
+            self.get_logger().error(f'rotor/waveform refused: {error}', throttle_duration_sec=1.0)
+            records = []
+        for topic, _, outgoing in self._messages.after_block(self._monitor, records, stamp_ns):
+            self._publishers_of[topic].publish(outgoing)
+        self._diagnose(stamp_ns)
+        self._progress.report(stamp_ns)
+
+    def _diagnose(self, stamp_ns: int) -> None:
+        """Publish /diagnostics once a second of data."""
+        second = stamp_ns // NANOSECONDS
+        if second == self._diagnostic_second:
+            return
+        self._diagnostic_second = second
+        values = {**self._monitor.status(), 'refused blocks [1]': self._refused_blocks}
+        lost = self._refused_blocks + int(values['lost samples [1]'])
+        self._publishers_of[topics.DIAGNOSTICS].publish(
+            messages.diagnostics(
+                ROS,
+                stamp_ns,
+                'vibration_monitor: stream',
+                1 if lost else 0,
+                'samples or blocks lost' if lost else 'complete',
+                values,
+            )
+        )
+
+    def is_done(self) -> bool:
+        """Say no: the monitor listens until a signal."""
+        return False
+
+    def finish(self) -> None:
+        """Wait until what was published has been acknowledged."""
+        for publisher in self._publishers_of.values():
+            publisher.wait_for_all_acked(Duration(seconds=1.0))
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until a signal; return the exit code."""
+    return ros.run(lambda: [MonitorNode()], args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

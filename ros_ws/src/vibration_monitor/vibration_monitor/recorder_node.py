@@ -1,0 +1,88 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Node `recorder`: every topic of the rig into a bag, as raw bytes."""
+
+import sys
+import time
+from functools import partial
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.messages import ROS
+from rotor_interfaces.topics import Topic
+from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter
+from vibration_monitor.recording_stream import RecordingStream
+
+READY_CHECK_S = 0.05
+DIAGNOSE_S = 1.0
+
+
+class RecorderNode(Node):  # type: ignore[misc]
+    """Records all topics of the rig; a finished run is a rosbag2 bag."""
+
+    def __init__(self) -> None:
+        super().__init__('recorder')
+        path = ros.declare(self, 'path', '', 'folder of the bag, new or empty')
+        name = ros.declare(self, 'name', '', 'start of the file name; empty: as the folder')
+        expect = ros.declare(
+            self, 'expect', [''], 'topics that must have a publisher before the recorder is ready'
+        )
+        if not path:
+            raise ConfigError('path is empty; it must be the folder of the bag, new or empty')
+        self._expected = [topic for topic in expect if topic]
+        self._writer = RecordingWriter(path, name=name or None)
+        self._stream = RecordingStream(self._writer, self.resolve_topic_name)
+        self._diagnostics = ros.publisher(self, topics.DIAGNOSTICS)
+        self._progress = ros.Progress(self, 'recorder')
+        for topic in topics.TOPICS:
+            ros.subscription(self, topic, partial(self._on_message, topic), raw=True)
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(FLUSH_PERIOD_S / 4, self._writer.flush_if_due, clock=clock)
+        self.create_timer(DIAGNOSE_S, self._diagnose, clock=clock)
+        self._ready_timer = self.create_timer(READY_CHECK_S, self._report_ready, clock=clock)
+
+    def _on_message(self, topic: Topic, data: bytes) -> None:
+        stamp_ns = self._stream.take(topic, data, time.time_ns())
+        # here too: a flood of messages must not keep the timer from its turn
+        self._writer.flush_if_due()
+        if topic is topics.WAVEFORM:
+            self._progress.report(stamp_ns)
+
+    def _report_ready(self) -> None:
+        if all(self.count_publishers(topic) for topic in self._expected):
+            self._ready_timer.cancel()
+            self._progress.report(0)
+
+    def _diagnose(self) -> None:
+        lost = self._stream.continuity.lost_samples + self._stream.refused_blocks
+        self._diagnostics.publish(
+            messages.diagnostics(
+                ROS,
+                self._stream.time_ns,
+                'recorder: stream',
+                1 if lost else 0,
+                'samples or blocks lost' if lost else 'complete',
+                self._stream.status(),
+            )
+        )
+
+    def is_done(self) -> bool:
+        """Say no: the recorder listens until a signal."""
+        return False
+
+    def finish(self) -> None:
+        """Finalise the recording; raises RecordingError."""
+        self._stream.finish()
+        self._writer.close()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until a signal; return the exit code."""
+    return ros.run(lambda: [RecorderNode()], args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,164 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the raw messages of the rig to a recording, without decoding more than a few bytes."""
+
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from rotor_interfaces import messages, topics
+from rotor_interfaces.errors import WireError
+from rotor_interfaces.gaps import SampleContinuity
+from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.topics import Topic
+from rotor_interfaces.waveform import decode
+from vibration_monitor.reading import UNDECODABLE
+from vibration_monitor.recording import RecordingWriter
+
+_STAMP_AT = 4  # after the encapsulation header of CDR
+_STAMP_END = 12
+
+
+def raw_stamp_ns(topic: Topic, data: bytes) -> int:
+    """Return the stamp in ns with which the CDR bytes of a message begin, 0 without one.
+
+    Every type of the contract but String begins with a header, a Header or a Time. A stamp
+    before 1970 is none.
+    """
+    if topic.type == topics.CONFIG.type or len(data) < _STAMP_END:
+        return 0
+    is_little_endian = data[1] & 1
+    layout = '<iI' if is_little_endian else '>iI'
+    seconds, nanoseconds = struct.unpack_from(layout, data, _STAMP_AT)
+    return max(int(seconds) * NANOSECONDS + int(nanoseconds), 0)
+
+
+class SampleIndexReader:
+    """Reads the absolute sample index out of raw waveform blocks.
+
+    Blocks of one source differ only in stamp and rows, so the first one is decoded and the
+    others are read at the same place for as long as the bytes between stamp and rows agree.
+    """
+
+    def __init__(self) -> None:
+        self._between = b''
+        self._rows_at = 0
+        self._count = 0
+        self._sample_at = 0
+
+    def read(self, data: bytes) -> tuple[int, int]:
+        """Return the index of the first sample and the number of samples.
+
+        Raises:
+            WireError: not a waveform block with a `sample` column of whole numbers.
+
+        """
+        if self._between and data[_STAMP_END : self._rows_at] == self._between:
+            try:
+                (first,) = struct.unpack_from('<d', data, self._sample_at)
+            except struct.error:
+                raise WireError('the block is cut') from None
+            if first.is_integer():
+                return int(first), self._count
+        return self._decode(data)
+
+    def _decode(self, data: bytes) -> tuple[int, int]:
+        try:
+            message = messages.from_cdr(data, topics.WAVEFORM.type)
+            block = decode(message)
+        except UNDECODABLE as error:
+            raise WireError(f'the bytes are not a PointCloud2 ({error})') from None
+        first = block.first_sample
+        # PointCloud2 ends with its rows and one byte, is_dense
+        rows_at = len(data) - 1 - len(message.data)
+        dtype, offset = dict(block.rows.dtype.fields or {})['sample'][:2]
+        if dtype == '<f8' and struct.unpack_from('<I', data, rows_at - 4)[0] == len(message.data):
+            self._between = data[_STAMP_END:rows_at]
+            self._rows_at = rows_at
+            self._sample_at = rows_at + offset
+            self._count = len(block.rows)
+        return first, len(block.rows)
+
+
+class RecordingStream:
+    """Gives every message its log time, counts what is missing, and writes.
+
+    Log time is simulation time: the message's own stamp or, where it has none, the newest
+    simulation time seen; such messages wait until there is one. The load, which is published
+    ahead, does not set it.
+    """
+
+    def __init__(
+        self, writer: RecordingWriter, full_name: Callable[[str], str] = '/{}'.format
+    ) -> None:
+        """Write to `writer`; `full_name` resolves the name of a topic, as a node does."""
+        self.continuity = SampleContinuity()
+        self.refused_blocks = 0
+        self.time_ns = 0
+        self._writer = writer
+        self._index = SampleIndexReader()
+        self._waiting: list[tuple[Topic, bytes, int]] = []
+        self._config = b''
+        self._stored = {t: replace(t, name=full_name(t.name)) for t in topics.TOPICS}
+
+    def take(self, topic: Topic, data: bytes, publish_time_ns: int) -> int:
+        """Write one message of `topics.TOPICS`; return its stamp in ns, 0 without one.
+
+        Raises:
+            RecordingError: the system refuses to write.
+
+        """
+        stamp_ns = raw_stamp_ns(topic, data)
+        if stamp_ns and topic is not topics.MANEUVER_LOAD:
+            self.time_ns = max(self.time_ns, stamp_ns)
+            if self._waiting:
+                self._release()
+        log_time_ns = stamp_ns or self.time_ns
+        if log_time_ns:
+            self._writer.write(self._stored[topic], data, log_time_ns, publish_time_ns)
+        else:
+            self._waiting.append((topic, data, publish_time_ns))
+        if topic is topics.WAVEFORM:
+            self._check(data)
+        elif topic is topics.CONFIG:
+            self._keep_config(data)
+        return stamp_ns
+
+    def finish(self) -> None:
+        """Write what still waits for a simulation time, by its wall time."""
+        self._release()
+
+    def status(self) -> dict[str, Any]:
+        """Return the counters for /diagnostics; units stand in the keys."""
+        return {
+            'blocks [1]': self.continuity.blocks,
+            'lost samples [1]': self.continuity.lost_samples,
+            'refused blocks [1]': self.refused_blocks,
+            'messages [1]': self._writer.messages,
+            'bytes [B]': self._writer.message_bytes,
+            'longest flush [ms]': f'{self._writer.flush_max_s * 1e3:.1f}',
+        }
+
+    def _release(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for topic, data, publish_time_ns in waiting:
+            log_time_ns = self.time_ns or publish_time_ns
+            self._writer.write(self._stored[topic], data, log_time_ns, publish_time_ns)
+
+    def _check(self, data: bytes) -> None:
+        try:
+            self.continuity.check(*self._index.read(data))
+        except WireError:
+            # it is recorded as it came; the monitor says what is wrong with it
+            self.refused_blocks += 1
+
+    def _keep_config(self, data: bytes) -> None:
+        if data == self._config:
+            return
+        self._config = data
+        try:
+            text = str(messages.from_cdr(data, topics.CONFIG.type).data)
+        except UNDECODABLE:
+            return  # it is recorded as it came
+        self._writer.add_config(text)

@@ -1,0 +1,120 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one layout: what an engineer sees when the viewer opens."""
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from vibration_monitor.view import style
+from vibration_monitor.view.spectrogram import COLUMNS, ROWS
+from vibration_monitor.view.style import EXAGGERATION, TIMELINE
+
+WAVEFORM_WINDOW_S = 0.1
+
+
+def _whole_flight() -> rrb.TimeAxis:
+    """Return the time axis that all views of the flight share: from 0 to the newest data."""
+    return rrb.TimeAxis(
+        link='LinkToGlobal',
+        view_range=rr.TimeRange(
+            start=rrb.TimeRangeBoundary.absolute(seconds=0.0),
+            end=rrb.TimeRangeBoundary.infinite(),
+        ),
+    )
+
+
+def _flight(
+    name: str,
+    paths: tuple[str, ...],
+    *,
+    legend: bool = False,
+    limits: tuple[float, float] | None = None,
+) -> rrb.TimeSeriesView:
+    """Return a curve over the whole flight; all of these zoom together."""
+    return rrb.TimeSeriesView(
+        name=name,
+        origin='/',
+        contents=[f'+ /{path}' for path in paths],
+        axis_x=_whole_flight(),
+        axis_y=rrb.ScalarAxis(range=limits) if limits else None,
+        plot_legend=rrb.PlotLegend('LeftTop', visible=legend),
+    )
+
+
+def _waveform(name: str, path: str) -> rrb.TimeSeriesView:
+    """Return the latest 0.1 s of a waveform, every sample at its true time."""
+    return rrb.TimeSeriesView(
+        name=name,
+        origin=f'/{path}',
+        plot_legend=rrb.PlotLegend('LeftTop'),
+        time_ranges=rrb.VisibleTimeRange(
+            TIMELINE,
+            start=rrb.TimeRangeBoundary.cursor_relative(seconds=-WAVEFORM_WINDOW_S),
+            end=rrb.TimeRangeBoundary.cursor_relative(),
+        ),
+    )
+
+
+def blueprint() -> rrb.Blueprint:
+    """Return the layout: flight on the left, signals in the middle, the rotor on the right."""
+    flight = rrb.Vertical(
+        _flight('Load factor n [1]', (style.LOAD_SENSOR, style.LOAD), legend=True),
+        rrb.StateTimelineView(
+            name='Alarm',
+            origin=f'/{style.ALARM_LEVEL}',
+            time_view=_whole_flight(),
+        ),
+        _flight('Super-harmonic ratios of disk z [1]', (style.RATIOS,), legend=True),
+        _flight('Shaft speed [rad/s]', (style.SPEED,)),
+        _flight(
+            'Ground truth: crack stiffness ratio K [1]', (style.CRACK_TRUTH,), limits=(0.0, 0.3)
+        ),
+        row_shares=[1.2, 0.55, 1.5, 0.8, 0.8],
+    )
+    signals = rrb.Vertical(
+        rrb.BarChartView(
+            name='Order spectrum of disk z [dB re 1 nm]',
+            origin=f'/{style.SPECTRUM}/{style.MAIN_CHANNEL}',
+            plot_legend=rrb.PlotLegend(visible=False),
+        ),
+        rrb.Spatial2DView(
+            name='Spectrogram of disk z: order over flight time',
+            origin=f'/{style.SPECTROGRAM}',
+            visual_bounds=rrb.VisualBounds2D(
+                x_range=(-32.0, COLUMNS + 14.0), y_range=(-4.0, ROWS + 22.0)
+            ),
+        ),
+        _waveform('Disk displacement [um], latest 0.1 s', style.DISPLACEMENT),
+        _waveform('Bearing 1 acceleration [m/s2], latest 0.1 s', style.ACCELERATION),
+        row_shares=[1.2, 1.4, 1.1, 1.1],
+    )
+    rotor = rrb.Vertical(
+        rrb.Spatial3DView(
+            name=f'Rig, displacements x {EXAGGERATION:g}, crack side red',
+            origin=f'/{style.RIG}',
+            line_grid=rrb.LineGrid3D(visible=False),
+            eye_controls=rrb.EyeControls3D(
+                position=(0.42, -0.22, -0.42), look_target=(0.0, -0.02, 0.0), eye_up=(0, -1, 0)
+            ),
+        ),
+        rrb.Spatial2DView(name='Orbit of the disk [um], 4 revolutions', origin=f'/{style.ORBIT}'),
+        rrb.TextLogView(
+            name='Alarms and losses',
+            origin=f'/{style.LOG}',
+            columns=rrb.TextLogColumns(
+                timeline_columns=[TIMELINE], text_log_columns=['LogLevel', 'Body']
+            ),
+        ),
+        row_shares=[1.5, 1.7, 0.8],
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(flight, signals, rotor, column_shares=[1.2, 1.2, 1.0]),
+        rrb.TopPanel(state='hidden'),
+        rrb.BlueprintPanel(state='collapsed'),
+        rrb.SelectionPanel(state='collapsed'),
+        rrb.TimePanel(state='collapsed', timeline=TIMELINE, play_state='following'),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+

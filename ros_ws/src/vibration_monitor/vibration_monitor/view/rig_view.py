@@ -1,0 +1,344 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the messages of the rig to a rerun recording, live and from files alike."""
+
+import heapq
+import io
+import itertools
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from PIL import Image
+from rotor_interfaces import topics
+from rotor_interfaces.gaps import Continuity, SampleContinuity
+from rotor_interfaces.messages import NANOSECONDS, level_of
+from rotor_interfaces.topics import Topic
+from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, decode
+
+from vibration_monitor.view import scene, style
+from vibration_monitor.view.curves import Curves, time_column
+from vibration_monitor.view.orbit import Orbit
+from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectrogram, decibels
+
+BATCH_S = 0.1
+"""Waveforms are sent, and orbit and load arrow drawn, this often in flight time."""
+
+SPECTROGRAM_EVERY_S = 1.0
+MAX_WAITING = 8192
+"""Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
+
+STANDARD_GRAVITY_M_S2 = 9.81
+_MICRO = 1e6
+
+SHOWN_TOPICS = (
+    topics.MANEUVER_LOAD,
+    topics.WAVEFORM,
+    topics.SHAFT,
+    topics.TRUTH,
+    topics.CONFIG,
+    topics.SPECTRUM,
+    topics.INDICATORS,
+    topics.ALARM,
+    topics.DIAGNOSTICS,
+)
+"""What `RigView.push` understands; the rest of the table is not shown."""
+
+
+class RigView:
+    """Shows one rig: `push` every message in order of arrival, `flush` at the end.
+
+    Flight time 0 is sample 0 of the waveform. Messages ahead of the waveform (the load is
+    published with a lead) wait for it, so that a viewer that follows the newest time always
+    has a waveform to show. When the sample index jumps back, a new run has begun: the view
+    asks `new_stream` for another recording.
+    """
+
+    def __init__(self, new_stream: Callable[[], rr.RecordingStream]) -> None:
+        self._new_stream = new_stream
+        self._geometry = scene.Geometry()
+        self._order = itertools.count()
+        self._begin()
+
+    @property
+    def lost_samples(self) -> int:
+        """Samples of this run that never reached the view."""
+        return self._continuity.lost_samples
+
+    def _begin(self) -> None:
+        """Start a recording; what waits for the waveform waits for the new one."""
+        self._stream = self._new_stream()
+        self._stream.set_log_time_enabled(False)
+        self._stream.set_log_tick_enabled(False)
+        self._curves = Curves(self._stream)
+        self._orbit = Orbit(self._stream)
+        self._spectrogram = Spectrogram()
+        self._spectrogram_due_s = 0.0
+        self._spectrogram_span_s = 0.0
+        self._continuity = SampleContinuity()
+        self._origin_ns: int | None = None
+        self._blocks: list[WaveformBlock] = []
+        self._waiting: list[tuple[int, int, Topic, Any]] = []
+        self._levels: dict[str, int] = {}
+        self._crack_ratio: float | None = None
+        scene.log_bodies(self._stream, self._geometry)
+        self._stream.log(
+            style.ALARM_LEVEL,
+            rr.StateConfiguration(values=style.LEVELS, colors=style.LEVEL_COLOURS),
+            static=True,
+        )
+
+    def push(self, topic: Topic, stamp_ns: int, message: Any) -> None:
+        """Take one message of either world.
+
+        Args:
+            topic: an entry of `rotor_interfaces.topics`; others than SHOWN_TOPICS are ignored.
+            stamp_ns: the message's stamp, ns since the Unix epoch; ignored for `rotor/config`.
+            message: a rclpy message or a rosbags dataclass.
+
+        Raises:
+            WireError: a waveform or spectrum that breaks the wire contract.
+
+        """
+        if topic == topics.WAVEFORM:
+            self._on_waveform(decode(message))
+        elif topic == topics.CONFIG:
+            self._on_config(message.data)
+        elif topic in SHOWN_TOPICS:
+            heapq.heappush(self._waiting, (stamp_ns, next(self._order), topic, message))
+            if len(self._waiting) > MAX_WAITING:
+                self._show(*heapq.heappop(self._waiting))
+
+    def flush(self) -> None:
+        """Send everything that is still held, also what lies ahead of the waveform."""
+        self._send_blocks()
+        while self._waiting:
+            self._show(*heapq.heappop(self._waiting))
+        self._curves.send()
+        self._send_spectrogram()
+        self._stream.flush()
+
+    # The waveform
+
+    def _on_waveform(self, block: WaveformBlock) -> None:
+        count = len(block.rows)
+        if not count:
+            return
+        how = self._continuity.check(block.first_sample, count)
+        if how is Continuity.RESTART:
+            self.flush()
+            self._begin()
+            self._continuity.check(block.first_sample, count)
+        elif how is Continuity.GAP:
+            self._send_blocks()
+            self._break(block.stamp_ns)
+        if self._blocks and self._blocks[0].rows.dtype != block.rows.dtype:
+            self._send_blocks()
+        if self._origin_ns is None:
+            self._origin_ns = _origin_ns(block)
+        self._blocks.append(block)
+        end_ns = block.stamp_ns + round(float(block.rows['time'][-1]) * NANOSECONDS)
+        if end_ns - self._blocks[0].stamp_ns >= BATCH_S * NANOSECONDS:
+            self._send_blocks()
+
+    def _send_blocks(self) -> None:
+        """Send the blocks held as one batch, then whatever waited for this time."""
+        if not self._blocks:
+            return
+        offsets = np.concatenate([self._offsets(block) for block in self._blocks])
+        rows = np.concatenate([block.rows for block in self._blocks])
+        self._blocks = []
+        self._send_channels(offsets, rows)
+        poses = slice(None, None, scene.POSE_EVERY)
+        scene.send_poses(self._stream, self._geometry, time_column(offsets[poses]), rows[poses])
+        newest_ns = int(offsets[-1])
+        self._at(newest_ns)
+        self._orbit.add(rows)
+        self._orbit.log()
+        if 'load_y' in (rows.dtype.names or ()):
+            load_factor = float(np.mean(rows['load_y'])) / STANDARD_GRAVITY_M_S2
+            middle_ns = (int(offsets[0]) + newest_ns) // 2
+            self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
+            scene.log_load(self._stream, load_factor, self._crack_ratio)
+        self._release(newest_ns)
+        self._curves.send()
+
+    def _send_channels(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
+        for path, channels in _groups(rows.dtype.names or ()).items():
+            table = np.stack([rows[name] for name in channels], axis=1)
+            factor = _MICRO if COLUMN_UNITS[channels[0]] == 'm' else 1.0
+            self._curves.add_table(path, offsets, channels, (table * factor).astype(np.float32))
+
+    def _break(self, next_stamp_ns: int) -> None:
+        """Interrupt the curves where samples are missing, and say so."""
+        gap_ns = next_stamp_ns - self._origin() - 1
+        self._curves.interrupt(style.WAVEFORM, gap_ns)
+        self._orbit.clear()
+        self._at(gap_ns)
+        text = f'samples missing from the view (so far {self.lost_samples})'
+        self._stream.log(f'{style.LOG}/view', rr.TextLog(text, level='WARN', color=style.GREY))
+
+    def _offsets(self, block: WaveformBlock) -> NDArray[np.int64]:
+        """Return flight time of each row in ns."""
+        within = np.rint(block.rows['time'] * NANOSECONDS).astype(np.int64)
+        return within + (block.stamp_ns - self._origin())
+
+    def _origin(self) -> int:
+        return self._origin_ns or 0
+
+    def _at(self, offset_ns: int) -> None:
+        """Set the flight time of what is logged next."""
+        self._stream.set_time(style.TIMELINE, duration=np.timedelta64(offset_ns, 'ns'))
+
+    # Everything else, in the order of its stamps
+
+    def _release(self, until_offset_ns: int) -> None:
+        until_ns = until_offset_ns + self._origin()
+        while self._waiting and self._waiting[0][0] <= until_ns:
+            self._show(*heapq.heappop(self._waiting))
+
+    def _show(self, stamp_ns: int, _order: int, topic: Topic, message: Any) -> None:
+        if self._origin_ns is None:
+            self._origin_ns = stamp_ns
+        offset_ns = stamp_ns - self._origin_ns
+        self._at(offset_ns)
+        if topic == topics.MANEUVER_LOAD:
+            self._on_load(offset_ns, message)
+        elif topic == topics.SHAFT:
+            if len(message.velocity):
+                self._curves.add(style.SPEED, offset_ns, ['speed'], [message.velocity[0]])
+        elif topic == topics.TRUTH:
+            self._on_truth(offset_ns, message)
+        elif topic == topics.INDICATORS:
+            self._on_indicators(offset_ns, message)
+        elif topic == topics.SPECTRUM:
+            self._on_spectrum(offset_ns, decode(message))
+        else:
+            self._on_status(topic, message)
+
+    def _on_load(self, offset_ns: int, message: Any) -> None:
+        load = message.accel.linear
+        values = [load.y / STANDARD_GRAVITY_M_S2, load.z / STANDARD_GRAVITY_M_S2]
+        self._curves.add(style.LOAD, offset_ns, ['n', 'lateral'], values)
+
+    def _on_truth(self, offset_ns: int, message: Any) -> None:
+        for name, value in zip(message.name, message.position, strict=True):
+            path = f'{style.TRUTH}/{name}'
+            self._curves.add(path, offset_ns, [name], [value])
+            if path == style.CRACK_TRUTH and value != self._crack_ratio:
+                self._crack_ratio = float(value)
+                scene.log_crack(self._stream, self._geometry, self._crack_ratio)
+
+    def _on_indicators(self, offset_ns: int, message: Any) -> None:
+        """Log indicators by channel and kind: `disk_z/ratio_3_1` goes to disk_z/ratio."""
+        groups: dict[str, tuple[list[str], list[float]]] = {}
+        for name, value in zip(message.name, message.position, strict=True):
+            channel, _, indicator = name.rpartition('/')
+            kind = indicator.split('_')[0] if indicator[-1:].isdigit() else indicator
+            path = '/'.join(part for part in (style.INDICATORS, channel, kind) if part)
+            names, values = groups.setdefault(path, ([], []))
+            names.append(indicator)
+            values.append(value)
+        for path, (names, values) in groups.items():
+            self._curves.add(path, offset_ns, names, values)
+
+    def _on_spectrum(self, offset_ns: int, table: WaveformBlock) -> None:
+        if 'order' not in table.columns:
+            return
+        orders = table.rows['order'].astype(np.float64)
+        for name in table.columns:
+            if COLUMN_UNITS.get(name) == 'm':
+                self._stream.log(
+                    f'{style.SPECTRUM}/{name}',
+                    rr.BarChart(
+                        decibels(table.rows[name]).astype(np.float32),
+                        abscissa=orders,
+                        widths=np.gradient(orders).astype(np.float32),
+                        color=style.SPECTRUM_COLOUR,
+                    ),
+                )
+        if style.MAIN_CHANNEL in table.columns:
+            time_s = offset_ns / NANOSECONDS
+            self._spectrogram.add(time_s, orders, table.rows[style.MAIN_CHANNEL])
+            if time_s >= self._spectrogram_due_s:
+                self._spectrogram_due_s = time_s + SPECTROGRAM_EVERY_S
+                self._send_spectrogram()
+
+    def _send_spectrogram(self) -> None:
+        file = io.BytesIO()
+        Image.fromarray(self._spectrogram.picture()).save(file, 'png')
+        self._stream.log(
+            f'{style.SPECTROGRAM}/picture',
+            rr.EncodedImage(contents=file.getvalue(), media_type='image/png'),
+        )
+        if self._spectrogram.span_s == self._spectrogram_span_s:
+            return
+        self._spectrogram_span_s = span_s = self._spectrogram.span_s
+        step_s = span_s / 4
+        ticks = [[COLUMNS * k / 4, ROWS - 2.0] for k in range(5)]
+        labels = [f'{k * step_s:g} s' for k in range(5)]
+        for order in range(1, int(MAX_ORDER)):
+            ticks.append([-14.0, ROWS * (1 - order / MAX_ORDER) - 12.0])
+            labels.append(f'{order}x')
+        self._stream.log(
+            f'{style.SPECTROGRAM}/axes',
+            rr.Points2D(
+                ticks,
+                labels=labels,
+                colors=style.GREY,
+                radii=rr.Radius.ui_points(0.0),
+                show_labels=True,
+            ),
+        )
+
+    def _on_status(self, topic: Topic, message: Any) -> None:
+        """Log alarm and health: a line whenever a level changes; health only once it is bad."""
+        for status in message.status:
+            level = min(level_of(status), len(style.LEVELS) - 1)
+            name = style.LEVELS[level]
+            is_alarm = topic == topics.ALARM
+            known = self._levels.get(status.name, None if is_alarm else 0)
+            self._levels[status.name] = level
+            if level == known:
+                continue
+            if is_alarm:
+                self._stream.log(style.ALARM_LEVEL, rr.StateChange(state=name))
+            text = status.message if is_alarm else f'{status.name}: {status.message}'
+            self._stream.log(
+                f'{style.LOG}/{"alarm" if is_alarm else "health"}',
+                rr.TextLog(text, level=name, color=style.LEVEL_COLOURS[level]),
+            )
+
+    def _on_config(self, text: str) -> None:
+        """Take the geometry of the rotor from the run's configuration."""
+        try:
+            config = json.loads(text)
+        except ValueError:
+            return
+        geometry = scene.Geometry.from_config(config)
+        if geometry != self._geometry:
+            self._geometry = geometry
+            scene.log_bodies(self._stream, geometry)
+
+
+def _groups(columns: tuple[str, ...]) -> dict[str, list[str]]:
+    """Return the channels by entity: `disk`, `brg1`, `brg1_acceleration` and so on."""
+    groups: dict[str, list[str]] = {}
+    for name in columns:
+        if name in CHANNEL_COLUMNS:
+            point, _, axis = name.partition('_')
+            path = f'{style.WAVEFORM}/{point}' + ('_acceleration' if axis[0] == 'a' else '')
+            groups.setdefault(path, []).append(name)
+    return groups
+
+
+def _origin_ns(block: WaveformBlock) -> int:
+    """Return the stamp of sample 0, from the stamp and the sample index of a block."""
+    time = block.rows['time']
+    if len(time) < 2:
+        return block.stamp_ns
+    rate_hz = round((len(time) - 1) / float(time[-1] - time[0]))
+    return block.stamp_ns - round(block.first_sample * NANOSECONDS / rate_hz)

@@ -1,0 +1,254 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rig in three dimensions: shaft, disk with its crack side, two ball bearings.
+
+Frame `rotor`: x along the shaft, forward; y along the load, down; z to the left. Radii of the
+bearings are true, lengths are drawn as they look best, displacements are exaggerated.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from vibration_monitor.view import style
+from vibration_monitor.view.style import EXAGGERATION, RIG, Colour
+
+HALF_LENGTH_M = 0.30
+SHAFT_RADIUS_M = 0.022
+DISK_RADIUS_M = 0.15
+DISK_WIDTH_M = 0.05
+RING_WIDTH_M = 0.03
+POSE_EVERY = 8
+"""Every 8th sample has a pose: at 352 rad/s about 23 a revolution, enough for slow motion."""
+
+_SEGMENTS = 72
+_BALL: Colour = (215, 220, 230)
+_OUTER_RING: Colour = (95, 105, 120)
+_INNER_RING: Colour = (120, 135, 160)
+_HEAVY_SPOT: Colour = (240, 240, 245)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What the scene needs to know of the rotor; the defaults are those of the paper."""
+
+    crack_angle_rad: float = np.pi / 3
+    crack_half_angle_rad: float = np.pi / 6
+    ball_count: int = 8
+    inner_radius_m: float = 0.0401
+    outer_radius_m: float = 0.0639
+
+    @property
+    def cage_ratio(self) -> float:
+        """Cage angle per shaft angle: r_i / (r_i + r_o)."""
+        return self.inner_radius_m / (self.inner_radius_m + self.outer_radius_m)
+
+    @classmethod
+    def from_config(cls, config: Any) -> 'Geometry':
+        """Return the geometry a `rotor/config` document tells, wherever in it the keys stand."""
+        found = {name: _find(config, name) for name in cls.__dataclass_fields__}
+        return cls(**{name: value for name, value in found.items() if value is not None})
+
+
+def _find(document: Any, name: str) -> Any:
+    """Return the first number called `name` in nested mappings and lists, or None."""
+    if isinstance(document, Mapping):
+        value = document.get(name)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return value
+        document = list(document.values())
+    if isinstance(document, list):
+        for item in document:
+            value = _find(item, name)
+            if value is not None:
+                return value
+    return None
+
+
+def ring(
+    inner_m: float,
+    outer_m: float,
+    width_m: float,
+    colour: Colour,
+    sector_rad: tuple[float, float] = (0.0, 2.0 * np.pi),
+) -> rr.Mesh3D:
+    """Return a ring about x, or the sector of it between two angles from y towards z."""
+    start, stop = sector_rad
+    count = max(2, round(_SEGMENTS * (stop - start) / (2.0 * np.pi)))
+    angle = np.linspace(start, stop, count + 1)
+    profile = [(-0.5, inner_m), (0.5, inner_m), (0.5, outer_m), (-0.5, outer_m)]
+    edges = [
+        np.stack(
+            [np.full_like(angle, side * width_m), radius * np.cos(angle), radius * np.sin(angle)],
+            axis=1,
+        )
+        for side, radius in profile
+    ]
+    corners, normals = [], []
+    for near, far in zip(edges, edges[1:] + edges[:1], strict=True):
+        quads = np.stack([near[:-1], far[:-1], far[1:], near[:-1], far[1:], near[1:]], axis=1)
+        normal = np.cross(quads[:, 1] - quads[:, 0], quads[:, 2] - quads[:, 0])
+        flat = np.linalg.norm(normal, axis=1) < 1e-12  # an inner radius of 0 has no inner face
+        normal = normal[~flat] / np.linalg.norm(normal[~flat], axis=1, keepdims=True)
+        corners.append(quads[~flat].reshape(-1, 3))
+        normals.append(np.repeat(normal, 6, axis=0))
+    positions = np.concatenate(corners)
+    return rr.Mesh3D(
+        vertex_positions=positions,
+        vertex_normals=-np.concatenate(normals),
+        vertex_colors=np.tile(np.array(colour, np.uint8), (len(positions), 1)),
+    )
+
+
+def log_bodies(stream: rr.RecordingStream, geometry: Geometry) -> None:
+    """Log what does not change its shape: bodies in their own frames, once."""
+
+    def static(path: str, *what: Any) -> None:
+        stream.log(f'{RIG}/{path}', *what, static=True)
+
+    static('', rr.ViewCoordinates.FDL)
+    static('disk/body', ring(SHAFT_RADIUS_M, DISK_RADIUS_M, DISK_WIDTH_M, style.STEEL))
+    static(
+        'disk/heavy_spot',
+        rr.Points3D(
+            [[side * DISK_WIDTH_M / 2, 0.86 * DISK_RADIUS_M, 0.0] for side in (-1, 1)],
+            radii=0.008,
+            colors=_HEAVY_SPOT,
+        ),
+    )
+    middle_m = (geometry.inner_radius_m + geometry.outer_radius_m) / 2
+    angles = 2.0 * np.pi * np.arange(geometry.ball_count) / geometry.ball_count
+    balls = np.stack([0 * angles, middle_m * np.cos(angles), middle_m * np.sin(angles)], axis=1)
+    for number, side in ((1, -1.0), (2, 1.0)):
+        place = rr.Transform3D(translation=[side * HALF_LENGTH_M, 0.0, 0.0])
+        static(f'bearing_{number}', place)
+        static(
+            f'bearing_{number}/outer',
+            ring(geometry.outer_radius_m, geometry.outer_radius_m + 0.012, RING_WIDTH_M,
+                 _OUTER_RING),
+        )  # fmt: skip
+        static(
+            f'bearing_{number}/inner',
+            ring(SHAFT_RADIUS_M, geometry.inner_radius_m, RING_WIDTH_M, _INNER_RING),
+        )
+        static(
+            f'bearing_{number}/balls',
+            rr.Points3D(
+                balls,
+                radii=(geometry.outer_radius_m - geometry.inner_radius_m) / 2,
+                colors=_BALL,
+            ),
+        )
+        static(
+            f'shaft_{number}/body',
+            rr.Cylinders3D(
+                lengths=HALF_LENGTH_M,
+                radii=SHAFT_RADIUS_M,
+                centers=[-side * HALF_LENGTH_M / 2, 0.0, 0.0],
+                rotation_axis_angles=rr.RotationAxisAngle([0, 1, 0], degrees=90),
+                colors=style.STEEL,
+                fill_mode='solid',
+            ),
+        )
+
+
+def log_crack(stream: rr.RecordingStream, geometry: Geometry, stiffness_ratio: float) -> None:
+    """Mark the crack side on the disk in red, wider than the disk; nothing where K is 0."""
+    path = f'{RIG}/disk/crack'
+    if not stiffness_ratio > 0.0:
+        stream.log(path, rr.Clear(recursive=False))
+        return
+    sector = (
+        geometry.crack_angle_rad - geometry.crack_half_angle_rad,
+        geometry.crack_angle_rad + geometry.crack_half_angle_rad,
+    )
+    stream.log(
+        path,
+        ring(SHAFT_RADIUS_M, 1.02 * DISK_RADIUS_M, 1.1 * DISK_WIDTH_M, style.CRACK_COLOUR, sector),
+    )
+
+
+def _about_x(angle_rad: NDArray[np.float64]) -> NDArray[np.float32]:
+    half = np.remainder(angle_rad, 4.0 * np.pi) / 2.0
+    zero = np.zeros_like(half)
+    return np.stack([np.sin(half), zero, zero, np.cos(half)], axis=1).astype(np.float32)
+
+
+def send_poses(
+    stream: rr.RecordingStream,
+    geometry: Geometry,
+    times: Any,
+    rows: NDArray[np.void],
+) -> None:
+    """Send the poses of all moving bodies at the given rows (one pose each, exaggerated).
+
+    A body whose columns the source does not send, or whose values are NaN, stays where it is.
+    """
+
+    def send(path: str, **columns: Any) -> None:
+        stream.send_columns(f'{RIG}/{path}', [times], rr.Transform3D.columns(**columns))
+
+    names = rows.dtype.names or ()
+    turn: dict[str, Any] = {}
+    if 'angle' in names and np.isfinite(rows['angle']).all():
+        angle = rows['angle'].astype(np.float64)
+        turn = {'quaternion': _about_x(angle)}
+        for number in (1, 2):
+            send(f'bearing_{number}/balls', quaternion=_about_x(angle * geometry.cage_ratio))
+    disk = displacement(rows, 'disk')
+    if disk is not None:
+        send('disk', translation=disk, **turn)
+    for number, side in ((1, -1.0), (2, 1.0)):
+        bearing = displacement(rows, f'brg{number}')
+        if bearing is None:
+            continue
+        send(f'bearing_{number}/inner', translation=bearing, **turn)
+        if disk is not None:
+            # a shear keeps both ends of the shaft half where the bearing and the disk are
+            slope = (disk - bearing) / (-side * HALF_LENGTH_M)
+            shear = np.tile(np.eye(3, dtype=np.float32), (len(rows), 1, 1))
+            shear[:, 1:, 0] = slope[:, 1:]
+            send(
+                f'shaft_{number}',
+                translation=bearing + np.array([side * HALF_LENGTH_M, 0, 0], np.float32),
+                mat3x3=shear.transpose(0, 2, 1).reshape(-1, 9),  # rerun wants columns first
+            )
+
+
+def displacement(rows: NDArray[np.void], point: str) -> NDArray[np.float32] | None:
+    """Return exaggerated (0, y, z) of a point in m, or None where it is not known."""
+    names = rows.dtype.names or ()
+    if f'{point}_y' not in names or f'{point}_z' not in names:
+        return None
+    y, z = rows[f'{point}_y'], rows[f'{point}_z']
+    if not (np.isfinite(y).all() and np.isfinite(z).all()):
+        return None
+    return np.stack([0 * y, y * EXAGGERATION, z * EXAGGERATION], axis=1).astype(np.float32)
+
+
+def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float | None) -> None:
+    """Draw the load as an arrow on the disk (5 cm a g) and write what the picture shows."""
+    stream.log(
+        f'{RIG}/load',
+        rr.Arrows3D(
+            origins=[[0.0, -0.3, 0.0]],
+            vectors=[[0.0, 0.05 * load_factor, 0.0]],
+            colors=style.LOAD_COLOUR,
+            radii=0.006,
+        ),
+    )
+    crack = 'not told' if crack_ratio is None else f'K = {crack_ratio:.3g}'
+    stream.log(
+        f'{RIG}/text',
+        rr.Points3D(
+            [[0.0, 0.26, 0.0]],
+            radii=0.0,
+            colors=style.PALE,
+            labels=f'displacements x {EXAGGERATION:g}; n = {load_factor:.1f}; crack {crack}',
+            show_labels=True,
+        ),
+    )

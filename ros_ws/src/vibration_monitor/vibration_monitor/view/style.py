@@ -1,0 +1,111 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Names, units, colours and entity paths of everything the view shows: declared once."""
+
+from dataclasses import dataclass
+
+APPLICATION_ID = 'cracked_rotor_rig'
+TIMELINE = 'flight_time'
+"""Seconds since sample 0 of the run."""
+
+EXAGGERATION = 1000.0
+"""Displacements in the 3-D rig are drawn this many times larger than they are."""
+
+MAIN_CHANNEL = 'disk_z'
+"""Across the load: where a breathing crack shows first."""
+
+Colour = tuple[int, int, int]
+
+AMBER: Colour = (255, 200, 60)
+BLUE: Colour = (90, 170, 255)
+DIM_BLUE: Colour = (60, 95, 150)
+GREEN: Colour = (60, 170, 90)
+GREY: Colour = (140, 145, 155)
+MAGENTA: Colour = (235, 90, 190)
+ORANGE: Colour = (255, 140, 60)
+PALE: Colour = (200, 205, 215)
+RED: Colour = (225, 60, 60)
+STEEL: Colour = (150, 160, 175)
+TEAL: Colour = (60, 200, 190)
+VIOLET: Colour = (160, 130, 255)
+LIME: Colour = (165, 210, 70)
+
+
+@dataclass(frozen=True)
+class Series:
+    """How one curve is called and drawn; hidden ones wait in the legend. Width in ui points."""
+
+    name: str
+    colour: Colour
+    width: float = 1.5
+    shown: bool = True
+
+
+LOAD = 'load/manoeuvre'
+LOAD_SENSOR = 'load/airframe_sensor'
+SPEED = 'shaft/speed'
+TRUTH = 'truth'
+WAVEFORM = 'waveform'
+DISPLACEMENT = f'{WAVEFORM}/disk'
+ACCELERATION = f'{WAVEFORM}/brg1_acceleration'
+INDICATORS = 'indicators'
+RATIOS = f'{INDICATORS}/{MAIN_CHANNEL}/ratio'
+SPECTRUM = 'spectrum'
+SPECTROGRAM = 'spectrogram'
+ALARM_LEVEL = 'alarm'
+LOG = 'log'
+ORBIT = 'orbit'
+RIG = 'rig'
+CRACK_TRUTH = f'{TRUTH}/crack_stiffness_ratio'
+
+SERIES: dict[str, tuple[Series, ...]] = {
+    LOAD: (
+        Series('load factor', AMBER),
+        Series('lateral load factor', GREY, shown=False),
+    ),
+    LOAD_SENSOR: (Series('airframe sensor', DIM_BLUE, width=4.0),),
+    SPEED: (Series('speed', LIME),),
+    CRACK_TRUTH: (Series('crack stiffness ratio K', RED),),
+}
+"""Curves whose number is fixed."""
+
+BY_NAME: dict[str, Series] = {
+    'disk_y': Series('disk y', BLUE),
+    'disk_z': Series('disk z', ORANGE),
+    'brg1_y': Series('bearing 1 y', TEAL),
+    'brg1_z': Series('bearing 1 z', MAGENTA),
+    'brg2_y': Series('bearing 2 y', GREEN),
+    'brg2_z': Series('bearing 2 z', VIOLET),
+    'brg1_ay': Series('bearing 1 y', TEAL),
+    'brg1_az': Series('bearing 1 z', MAGENTA),
+    'brg2_ay': Series('bearing 2 y', GREEN),
+    'brg2_az': Series('bearing 2 z', VIOLET),
+    'ratio_2_1': Series('A2 / A1', TEAL),
+    'ratio_3_1': Series('A3 / A1', MAGENTA),
+    'ratio_4_1': Series('A4 / A1', VIOLET),
+    'ratio_2.5_1': Series('A2.5 / A1', LIME),
+}
+"""Curves that depend on what the messages carry, by column or indicator name."""
+
+PALETTE = (BLUE, ORANGE, TEAL, MAGENTA, LIME, VIOLET, AMBER, GREEN, RED, GREY)
+"""For names that nobody declared."""
+
+SPECTRUM_COLOUR = ORANGE
+ORBIT_COLOUR = ORANGE
+ORBIT_MARK_COLOUR = PALE
+CRACK_COLOUR = RED
+LOAD_COLOUR = AMBER
+
+LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
+LEVEL_COLOURS = (GREEN, (235, 170, 40), RED, GREY)
+
+
+def series_of(path: str, names: list[str]) -> list[Series]:
+    """Return how the curves of an entity are drawn; undeclared ones take the palette."""
+    declared = SERIES.get(path, ())
+    return [
+        declared[index]
+        if index < len(declared)
+        else BY_NAME.get(name, Series(name, PALETTE[index % len(PALETTE)]))
+        for index, name in enumerate(names)
+    ]

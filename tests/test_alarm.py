@@ -1,0 +1,69 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The alarm means something: judged on the recorded files of live runs."""
+
+from pathlib import Path
+
+import pytest
+from conftest import LiveRuns, recorded
+from rotor_interfaces import topics
+from rotor_interfaces.messages import level_of
+from vibration_monitor.reading import Recording
+
+LEVELS = ['OK', 'WARN', 'ERROR', 'STALE']
+
+
+def seconds(recording: Recording, log_time_ns: int) -> float:
+    assert recording.start_ns is not None
+    return (log_time_ns - recording.start_ns) * 1e-9
+
+
+def alarm_levels(folder: Path) -> list[tuple[float, str]]:
+    """Return (simulated time in s, level) of every recorded alarm message."""
+    recording = Recording(folder)
+    return [
+        (seconds(recording, log_time_ns), LEVELS[level_of(message.status[0])])
+        for log_time_ns, message in recorded(recording, topics.ALARM)
+    ]
+
+
+def worst(folder: Path) -> str:
+    levels = [level for _, level in alarm_levels(folder) if level != 'STALE']
+    assert levels, 'the monitor never came to a conclusion'
+    return max(levels, key=LEVELS.index)
+
+
+@pytest.mark.slow
+def test_the_default_flight_alarms_with_a_crack_and_only_then(live: LiveRuns) -> None:
+    assert worst(live('climb_dive').folder) in ('WARN', 'ERROR')
+    assert worst(live('climb_dive_healthy', '--rate', 0).folder) == 'OK'
+
+
+@pytest.mark.slow
+def test_level_flight_of_a_sound_rotor_stays_ok(live: LiveRuns) -> None:
+    assert worst(live('level_healthy', '--rate', 0).folder) == 'OK'
+
+
+@pytest.mark.slow
+def test_a_growing_crack_changes_the_level(live: LiveRuns, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = live('growing_crack', '--rate', 0).folder
+    recording = Recording(folder)
+    truth = [
+        (
+            seconds(recording, log_time_ns),
+            float(message.position[message.name.index('crack_stiffness_ratio')]),
+        )
+        for log_time_ns, message in recorded(recording, topics.TRUTH)
+    ]
+    changes = []
+    level = 'OK'
+    for time_s, now in alarm_levels(folder):
+        if now not in (level, 'STALE'):
+            ratio = max(k for t, k in truth if t <= time_s)
+            changes.append((now, ratio))
+            level = now
+    with capsys.disabled():
+        print('\ngrowing crack:', ', '.join(f'{name} at K = {k:.4f}' for name, k in changes))
+    assert changes, 'the level never changed'
+    assert changes[0][0] == 'WARN'
+    assert 0.0 < changes[0][1] < 0.15
