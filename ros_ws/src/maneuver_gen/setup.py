@@ -26,6 +26,7 @@ setup(
     ],
     install_requires=[
         'numpy>=2.0',
+        'pydantic>=2.9',
         'rotor_interfaces==0.1.0',
     ],
     entry_points={

@@ -25,6 +25,7 @@ setup(
     ],
     install_requires=[
         'maneuver_gen==0.1.0',
+        'numpy>=2.0',
         'pydantic>=2.9',
         'pyyaml>=6.0',
         'rich>=13.9',

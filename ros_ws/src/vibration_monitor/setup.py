@@ -25,12 +25,17 @@ setup(
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
     ],
     install_requires=[
+        'lz4>=4.3',
         'mcap>=1.2',
         'numpy>=2.0',
+        'pillow>=11.0',
+        'pydantic>=2.9',
+        'pyyaml>=6.0',
         'rerun-sdk>=0.41',
         'rosbags>=0.11',
         'rotor_interfaces==0.1.0',
         'scipy>=1.14',
+        'zstandard>=0.23',
     ],
     entry_points={
         'console_scripts': [

@@ -76,6 +76,8 @@ BAD_MANEUVERS: list[tuple[Any, str]] = [
         {'profile': 'climb_dive', 'speed_m_s': 600.0, 'pull_rate_rad_s': 0.3},
         '19.35; allowed: -3 to 12, so lower speed_m_s, pull_rate_rad_s or push_rate_rad_s',
     ),
+    # 600 m/s: 1 + 10 in the pull, cos(0.36) - 4.502 in the push
+    ({'profile': 'climb_dive', 'speed_m_s': 600.0}, 'could run from -3.566 to 11; allowed: -3 to'),
     (
         {'profile': 'climb_dive', 'climb_angle_rad': 0.09},
         'climb_angle_rad = 0.09 rad is passed before the flight-path rate reaches 0.1635 rad/s',

@@ -91,11 +91,11 @@ def test_python_example_prints_what_it_says(capsys: pytest.CaptureFixture[str]) 
 
 
 def test_the_numbers_of_the_default_flight() -> None:
-    """19.8 s in all; 3 g for 1.6 s, twice; 0.04 to 0.1 g for 9.5 s."""
+    """19.9 s in all; 3 g for 1.6 s, twice; 0.04 to 0.1 g for 9.5 s."""
     config = parse_maneuver({'profile': 'climb_dive'})
     assert isinstance(config, ClimbDive)
     pull_up, push_over, pull_out = config.pulses()
-    assert pull_out.end_s + config.level_s == pytest.approx(19.8, abs=0.05)
+    assert pull_out.end_s + config.level_s == pytest.approx(19.9, abs=0.05)
     assert pull_up.hold_s == pytest.approx(1.6, abs=0.05)
     assert pull_out.hold_s == pull_up.hold_s
     assert push_over.hold_s == pytest.approx(9.5, abs=0.05)
@@ -115,6 +115,6 @@ def test_the_figure_is_made_by_its_script(tmp_path: Path) -> None:
     matplotlib_image = pytest.importorskip('matplotlib.image')
     made = matplotlib_image.imread(path)
     shown = matplotlib_image.imread(DOCS / 'images' / 'manoeuvres.png')
-    # text differs by font and version; a picture of other curves differs in size or in much more
+    # the same matplotlib gives the same pixels; a climb angle of 0.35 for 0.36 rad gives 0.005
     assert made.shape == shown.shape
-    assert np.abs(made - shown).mean() < 0.01
+    assert np.abs(made - shown).mean() < 0.002

@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from maneuver_gen import ManeuverConfig, flight_path_angle, load_grid, parse_maneuver, profiles
 from maneuver_gen.config import ClimbDive
 from maneuver_gen.profiles import FloatArray
 from rotor_interfaces.errors import ConfigError
+
+# how long a test takes on a busy machine is not its subject
+UNHURRIED = settings(deadline=None)
 
 LOADS = st.floats(-3.0, 12.0)
 LATERAL = st.floats(-3.0, 3.0)
@@ -109,6 +112,7 @@ def _parse(data: dict[str, Any]) -> ManeuverConfig:
         raise
 
 
+@UNHURRIED
 @given(st.one_of(SINGLE, SEQUENCES), st.floats(0.001, 60.0))
 def test_every_manoeuvre_is_finite_in_range_and_long_enough(
     data: dict[str, Any], duration_s: float
@@ -125,6 +129,7 @@ def test_every_manoeuvre_is_finite_in_range_and_long_enough(
     assert np.abs(factors[:, 1]).max() <= 3.0 + 1e-9
 
 
+@UNHURRIED
 @given(st.one_of(SINGLE, SEQUENCES), st.floats(0.001, 30.0), st.floats(0.001, 30.0))
 def test_a_longer_run_has_the_same_first_points(
     data: dict[str, Any], one_s: float, other_s: float
@@ -136,6 +141,7 @@ def test_a_longer_run_has_the_same_first_points(
     assert load_grid(config, one_s).tobytes() == one.tobytes()
 
 
+@UNHURRIED
 @given(st.one_of(SINGLE, SEQUENCES))
 def test_the_configuration_survives_json(data: dict[str, Any]) -> None:
     config = _parse(data)
@@ -143,6 +149,7 @@ def test_the_configuration_survives_json(data: dict[str, Any]) -> None:
     assert parse_maneuver(config.model_dump(mode='json')) == config
 
 
+@UNHURRIED
 @given(CLIMB_DIVES)
 def test_climb_dive_is_smooth_and_returns_to_level(data: dict[str, Any]) -> None:
     config = _parse(data)
@@ -162,9 +169,11 @@ def test_climb_dive_is_smooth_and_returns_to_level(data: dict[str, Any]) -> None
     assert angle.max() <= config.climb_angle_rad + 1e-12
     assert angle.min() >= -config.dive_angle_rad - 1e-12
     after = flight_path_angle(config, np.array([end_s, end_s + 1.0, 1e5]))
-    assert np.abs(after).max() < 1e-15
+    # three sums of angles of up to 3 rad, each rounded to 4e-16 a few times
+    assert np.abs(after).max() < 1e-14
 
 
+@UNHURRIED
 @given(CLIMB_DIVES)
 def test_the_pull_keeps_the_onset_and_reaches_its_rate(data: dict[str, Any]) -> None:
     config = _parse(data)
@@ -180,6 +189,7 @@ def test_the_pull_keeps_the_onset_and_reaches_its_rate(data: dict[str, Any]) -> 
     assert top[0] == pytest.approx(config.pull_rate_rad_s, rel=1e-12)
 
 
+@UNHURRIED
 @given(
     st.lists(st.tuples(LOADS, st.floats(1.1, 5.0)), min_size=2, max_size=5), st.floats(0.05, 1.0)
 )
@@ -213,6 +223,7 @@ def test_joins_lie_between_the_two_segments_and_do_not_jump(
     np.testing.assert_allclose(settled, parts[-1][0], atol=1e-12)
 
 
+@UNHURRIED
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40))
 def test_a_value_depends_on_its_own_time_only(times: list[float]) -> None:
     forward = np.array(times)
@@ -228,6 +239,7 @@ def test_a_value_depends_on_its_own_time_only(times: list[float]) -> None:
         assert whole.tobytes() == alone.tobytes()
 
 
+@UNHURRIED
 @given(st.floats(-2.0, 3.0), st.floats(-2.0, 3.0))
 def test_smooth_step_rises_from_0_to_1_and_is_symmetric(one: float, other: float) -> None:
     low, high = profiles.smooth_step(np.array([min(one, other), max(one, other)]))

@@ -293,7 +293,7 @@ def _fail(sentence: str, code: ExitCode) -> None:
 
 def main() -> None:
     """Run the command line."""
-    sys.exit(app())
+    sys.exit(app(prog_name='rotor-rig'))
 
 
 if __name__ == '__main__':

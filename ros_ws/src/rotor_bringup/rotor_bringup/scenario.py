@@ -86,7 +86,8 @@ def load_scenario(source: str, **changes: Any) -> Scenario:
             f'scenario {source!r} is neither a file nor one of {", ".join(shipped_scenarios())}'
         )
     data.setdefault('name', path.stem)
-    data['maneuver'] = resolve_paths(data.get('maneuver'), path.parent.resolve())
+    if 'maneuver' in data:
+        data['maneuver'] = resolve_paths(data['maneuver'], path.parent.resolve())
     return Scenario.from_mapping({**data, **changes})
 
 

@@ -229,6 +229,9 @@ def run(
             executor.add_node(cast(Node, node))
         while not signals and not any(node.is_done() for node in nodes):
             executor.spin_once(IDLE_S)
+        for node in nodes:
+            for own_timer in cast(Node, node).timers:
+                own_timer.cancel()
         spin_until_quiet(executor)
         for node in nodes:
             node.finish()

@@ -72,9 +72,10 @@ class RampSchedule:
             self._segments.pop()
         change = ramp.target - value
         if ramp.rate_per_s is None:
-            samples = math.ceil(ramp.duration_s * self._rate_hz)
+            duration_s = ramp.duration_s
         else:
-            samples = math.ceil(abs(change) * self._rate_hz / ramp.rate_per_s)
+            duration_s = abs(change) / ramp.rate_per_s
+        samples = math.ceil(duration_s * self._rate_hz - 1e-6)  # not one more for rounding
         if samples and change:
             self._segments.append(_Segment(start, value, change / samples, ramp.target))
             start += samples

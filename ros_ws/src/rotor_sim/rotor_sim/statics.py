@@ -11,8 +11,9 @@ from rotor_sim.parameters import RotorParameters
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 200
-_TOLERANCE = 1e-12
+_ITERATIONS = 100
+_ACCEPTED = 1e-6
+_HALVINGS = 60
 
 
 def static_equilibrium(
@@ -81,6 +82,9 @@ def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> A
     direction = np.stack([np.cos(balls), np.sin(balls)])
     reach = (size / p.contact_stiffness_n_m15) ** (2.0 / 3.0)
     x = force / size * (p.clearance_m + reach)
+    limit = p.clearance_m + reach
+    # a clearance far wider than the contact's press leaves fewer digits to the press
+    tolerance = size * (1e-12 + 2e-15 * p.clearance_m / reach)
 
     def residual(point: Array) -> Array:
         return np.asarray(contact_force(p, point, cage_angle_rad) + force)
@@ -90,21 +94,25 @@ def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> A
         return float(0.4 * p.contact_stiffness_n_m15 * np.sum(pressed**2.5) - force @ point)
 
     for _ in range(_ITERATIONS):
-        r = residual(x)
-        if float(np.hypot(*r)) <= _TOLERANCE * size:
+        missing = residual(x)
+        norm = float(np.hypot(*missing))
+        if norm <= tolerance:
             return np.asarray(x)
         pressed = np.sqrt(np.maximum(x @ direction - p.clearance_m, 0.0))
         curvature = 1.5 * p.contact_stiffness_n_m15 * (direction * pressed) @ direction.T
-        curvature += 1e-9 * size / reach * np.eye(2)
-        step: Array = np.linalg.solve(curvature, r)
-        length = float(np.hypot(*step))
-        step *= min(1.0, (p.clearance_m + reach) / length)
-        here, norm = potential(x), float(np.hypot(*r))
-        while potential(x + step) > here and float(np.hypot(*residual(x + step))) > norm:
-            step = 0.5 * step
-            if float(np.hypot(*step)) < 1e-18:
+        # with one ball pressed there is none sideways; this part fades with the residual
+        curvature += 0.01 * norm / limit * np.eye(2)
+        step: Array = np.linalg.solve(curvature, missing)
+        step *= min(1.0, limit / float(np.hypot(*step)))
+        for _ in range(_HALVINGS):
+            trial = x + step
+            if potential(trial) < potential(x) or float(np.hypot(*residual(trial))) < norm:
                 break
+            step *= 0.5
         x = x + step
+    # a force almost, but not quite, along one ball: its neighbour is hardly touched, and slow to find
+    if float(np.hypot(*residual(x))) <= _ACCEPTED * size:
+        return np.asarray(x)
     raise IntegrationError(
         f'no static equilibrium found under a load of {size:g} N on a bearing with clearance_m = '
         f'{p.clearance_m:g} m; start from a larger load or without clearance'

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+
 from rotor_interfaces.messages import sample_stamp_ns
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
-
 from vibration_monitor import IndicatorRecord, VibrationMonitor
 
 RATE_HZ = 10240
@@ -20,7 +20,9 @@ Component = tuple[float, float, float]
 """Order, amplitude, phase."""
 
 
-def steady_angle(duration_s: float, speed_rad_s: float, rate_hz: int = RATE_HZ) -> NDArray[np.float64]:
+def steady_angle(
+    duration_s: float, speed_rad_s: float, rate_hz: int = RATE_HZ
+) -> NDArray[np.float64]:
     """Return the shaft angle in rad at constant speed from angle 0."""
     return speed_rad_s * np.arange(round(duration_s * rate_hz)) / rate_hz
 
@@ -82,7 +84,9 @@ def wrapped(angle: float) -> float:
     return math.remainder(angle, 2 * math.pi)
 
 
-def same(first: list[IndicatorRecord], second: list[IndicatorRecord]) -> bool:
+def same(
+    first: list[IndicatorRecord], second: list[IndicatorRecord], *, alarm: bool = True
+) -> bool:
     """Say whether two lists of records agree in every bit (NaN equals NaN)."""
 
     def key(record: IndicatorRecord) -> tuple[object, ...]:
@@ -103,9 +107,7 @@ def same(first: list[IndicatorRecord], second: list[IndicatorRecord]) -> bool:
                 spectrum.frequency_hz.tobytes(),
                 [(name, values.tobytes()) for name, values in spectrum.amplitudes.items()],
             ),
-            record.alarm,
+            record.alarm if alarm else None,
         )
 
     return [key(record) for record in first] == [key(record) for record in second]
-
-

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import Topic

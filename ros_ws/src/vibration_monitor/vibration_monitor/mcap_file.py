@@ -21,6 +21,7 @@ from vibration_monitor.errors import RecordingError
 from vibration_monitor.mcap_records import (
     CHUNK,
     FOOTER_BYTES,
+    INDEX,
     MAX_BYTES,
     MESSAGE,
     RECORD,
@@ -67,6 +68,7 @@ class McapFile:
         self.end_ns: int | None = None
         self.unread: set[Segment] = set()
         self._indexed: Counter[int] = Counter()
+        self._times: dict[int, tuple[int, int]] = {}
         self._statistics: Statistics | None = None
         self._finalised = False
         try:
@@ -164,6 +166,7 @@ class McapFile:
         if opcode == Opcode.CHUNK:
             head = file.read(min(length, CHUNK.size))
             start_ns, end_ns = CHUNK.unpack(head)[:2] if len(head) == CHUNK.size else (0, 0)
+            self._times[position] = (start_ns, end_ns)
             self.segments.append(
                 Segment(start_ns, end_ns, position + RECORD.size, length, is_chunk=True)
             )
@@ -182,6 +185,8 @@ class McapFile:
         """Read one of the records that describe the file."""
         if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             self._define(opcode, file.read(length))
+        elif opcode == Opcode.CHUNK_INDEX:
+            self._check_times(file.read(length))
         elif opcode == Opcode.METADATA:
             metadata = self._parse(Metadata, file.read(length))
             if metadata is not None:
@@ -193,6 +198,13 @@ class McapFile:
         elif opcode == Opcode.FOOTER:
             self._finalised = True
             self._check_summary(file, self._parse(Footer, file.read(length)), position)
+
+    def _check_times(self, content: bytes) -> None:
+        """Compare the times in the head of a chunk, which has no checksum, with the index."""
+        if len(content) >= INDEX.size and self._times:
+            start_ns, end_ns, offset = INDEX.unpack_from(content)
+            if self._times.get(offset, (start_ns, end_ns)) != (start_ns, end_ns):
+                self._note(f'the chunk at byte {offset} and its index disagree about its times')
 
     def _take_message(self, file: BinaryIO, position: int, length: int) -> None:
         head = file.read(min(length, MESSAGE.size))
@@ -268,8 +280,12 @@ class McapFile:
     def _survey(self) -> None:
         """Read every segment once: without a summary, definitions may stand anywhere."""
         ranges: dict[int, tuple[int, int]] = {}
-        for segment in self.segments:
-            for message in self.read(segment):
+        for number, segment in enumerate(self.segments):
+            messages = self.read(segment)
+            if messages:
+                times = [message.log_time_ns for message in messages]
+                self.segments[number] = segment._replace(start_ns=min(times), end_ns=max(times))
+            for message in messages:
                 low, high = ranges.get(message.channel_id, (message.log_time_ns,) * 2)
                 ranges[message.channel_id] = (
                     min(low, message.log_time_ns),

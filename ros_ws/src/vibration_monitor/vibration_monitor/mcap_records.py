@@ -20,12 +20,13 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-MAX_BYTES = 256 * 2**20
+MAX_BYTES = 128 * 2**20
 """No chunk, packed or unpacked, and no other record is read beyond this; usual are 1 to 4 MiB."""
 
 RECORD = struct.Struct('<BQ')  # opcode, length of the content
 MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
 CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, checksum, length of a name
+INDEX = struct.Struct('<QQQ')  # of a chunk: start, end, offset
 _U64 = struct.Struct('<Q')
 FOOTER_BYTES = RECORD.size + 20
 _PIECE_BYTES = 2**20

@@ -86,8 +86,6 @@ def resample(
             f'does not hold the {count} revolutions from {start:g}; nothing is extrapolated'
         )
     # Relative angles keep their digits after hours of running.
-    spline = make_interp_spline(
-        revolutions - start, signals.T, k=SPLINE_DEGREE, check_finite=False
-    )
+    spline = make_interp_spline(revolutions - start, signals.T, k=SPLINE_DEGREE, check_finite=False)
     grid = np.arange(count * points) / points
     return np.ascontiguousarray(spline(grid).T)

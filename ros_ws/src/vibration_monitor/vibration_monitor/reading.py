@@ -6,6 +6,7 @@ import heapq
 import json
 import re
 import struct
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -27,7 +28,7 @@ ACTIVE_SUFFIX = '.active'
 
 METADATA_FILE = 'metadata.yaml'
 CONFIG_RECORD = 'rotor_config'
-"""Name of the MCAP metadata record with the run's configuration, as JSON under the key `json`."""
+"""Name of the MCAP metadata record with the run's configuration: JSON text and its CRC-32."""
 
 
 class Connection(NamedTuple):
@@ -183,23 +184,25 @@ class Recording:
     def config(self) -> dict[str, Any] | None:
         """Return the configuration of the recorded run, None if the recording has none.
 
-        From the metadata of our recorder, else from the first message on `rotor/config`, which
-        any other recorder has kept as well.
+        From the metadata of our recorder, else from the last message on `rotor/config`, which
+        any other recorder has kept as well; it holds every change made while the run went on.
         """
         for file in self._files:
-            text = file.metadata.get(CONFIG_RECORD, {}).get('json')
-            if text is not None:
-                return self._parsed_config(text)
+            record = file.metadata.get(CONFIG_RECORD)
+            if record is None:
+                continue
+            if record == config_record(record.get('json', '')):
+                return self._parsed_config(record['json'])
+            self.note('the checksum of its run configuration does not fit')
         name = self.find(topics.CONFIG)
-        if name is None or self.topics()[name].type != topics.CONFIG.type:
-            return None
-        for message in self.messages([name]):
-            try:
-                text = str(messages.from_cdr(message.data, message.type).data)
-            except UNDECODABLE:
-                text = ''
-            return self._parsed_config(text)
-        return None
+        text = None
+        if name is not None and self.topics()[name].type == topics.CONFIG.type:
+            for message in self.messages([name]):
+                try:
+                    text = str(messages.from_cdr(message.data, message.type).data)
+                except UNDECODABLE:
+                    text = ''
+        return None if text is None else self._parsed_config(text)
 
     def _parsed_config(self, text: str) -> dict[str, Any] | None:
         try:
@@ -255,6 +258,11 @@ class Recording:
 
 # What rosbags raises, besides its own error, on bytes that are not the message they claim to be.
 UNDECODABLE = (SerdeError, ValueError, struct.error, LookupError, OverflowError, MemoryError)
+
+
+def config_record(text: str) -> dict[str, str]:
+    """Return the content of the metadata record with a run's configuration, a JSON text."""
+    return {'json': text, 'crc32': f'{zlib.crc32(text.encode()):08x}'}
 
 
 def waveform_blocks(recording: Recording, start_ns: int | None = None) -> Iterator[WaveformBlock]:

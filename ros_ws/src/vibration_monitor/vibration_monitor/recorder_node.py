@@ -6,11 +6,12 @@ import sys
 import time
 from functools import partial
 
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter
@@ -32,6 +33,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         )
         if not path:
             raise ConfigError('path is empty; it must be the folder of the bag, new or empty')
+        self._failure: RigError | None = None
         self._expected = [topic for topic in expect if topic]
         self._writer = RecordingWriter(path, name=name or None)
         self._stream = RecordingStream(self._writer, self.resolve_topic_name)
@@ -40,16 +42,29 @@ class RecorderNode(Node):  # type: ignore[misc]
         for topic in topics.TOPICS:
             ros.subscription(self, topic, partial(self._on_message, topic), raw=True)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(FLUSH_PERIOD_S / 4, self._writer.flush_if_due, clock=clock)
+        self.create_timer(FLUSH_PERIOD_S, self._flush, clock=clock)
         self.create_timer(DIAGNOSE_S, self._diagnose, clock=clock)
         self._ready_timer = self.create_timer(READY_CHECK_S, self._report_ready, clock=clock)
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        stamp_ns = self._stream.take(topic, data, time.time_ns())
-        # here too: a flood of messages must not keep the timer from its turn
-        self._writer.flush_if_due()
+        if self._failure is not None:
+            return
+        # An error that left a callback would be logged with a traceback; is_done raises it.
+        try:
+            stamp_ns = self._stream.take(topic, data, time.time_ns())
+            # here too: a flood of messages must not keep the timer from its turn
+            self._writer.flush_if_due()
+        except RigError as error:
+            self._failure = error
+            return
         if topic is topics.WAVEFORM:
             self._progress.report(stamp_ns)
+
+    def _flush(self) -> None:
+        try:
+            self._writer.flush()
+        except RigError as error:
+            self._failure = error
 
     def _report_ready(self) -> None:
         if all(self.count_publishers(topic) for topic in self._expected):
@@ -70,7 +85,9 @@ class RecorderNode(Node):  # type: ignore[misc]
         )
 
     def is_done(self) -> bool:
-        """Say no: the recorder listens until a signal."""
+        """Say no, the recorder listens until a signal; raises what went wrong."""
+        if self._failure is not None:
+            raise self._failure
         return False
 
     def finish(self) -> None:

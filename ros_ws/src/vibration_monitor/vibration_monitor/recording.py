@@ -9,6 +9,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn, Self
 
@@ -18,7 +19,7 @@ from mcap.writer import CompressionType, Writer
 from rotor_interfaces.messages import typestore
 from rotor_interfaces.topics import Topic
 from vibration_monitor.errors import RecordingError
-from vibration_monitor.reading import ACTIVE_SUFFIX, CONFIG_RECORD, METADATA_FILE
+from vibration_monitor.reading import ACTIVE_SUFFIX, CONFIG_RECORD, METADATA_FILE, config_record
 
 FLUSH_PERIOD_S = 0.2
 """A killed recorder may lose a quarter of a second; the rest is for the flush itself."""
@@ -69,6 +70,8 @@ class RecordingWriter:
         self._end_ns = 0
         self._flushed_s = time.monotonic()
         self._is_open = True
+        self._disk = ThreadPoolExecutor(1, 'disk')
+        self._sync: Future[float] | None = None
         try:
             self._file: BinaryIO = self._active.open('xb')
         except OSError as error:
@@ -96,7 +99,7 @@ class RecordingWriter:
     def add_config(self, text: str) -> None:
         """Keep the run's configuration, a JSON text, as metadata; the last one counts."""
         try:
-            self._writer.add_metadata(CONFIG_RECORD, {'json': text})
+            self._writer.add_metadata(CONFIG_RECORD, config_record(text))
         except OSError as error:
             self._fail(error)
 
@@ -145,15 +148,29 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Bring everything written so far to the disk; raises RecordingError."""
-        started_s = time.monotonic()
+        """Hand everything written so far to the system, and have it brought to the disk.
+
+        A killed process loses nothing of it from here on; the disk follows in a thread of its
+        own, since it can take long. Raises RecordingError, also for an earlier flush.
+        """
+        if not self._is_open:
+            return
+        self._flushed_s = time.monotonic()
         try:
             self._writer.flush()  # type: ignore[no-untyped-call]
-            os.fsync(self._file.fileno())
+            if self._sync is None or self._sync.done():
+                self._await_sync()
+                self._sync = self._disk.submit(self._bring_to_disk, self._flushed_s)
         except OSError as error:
             self._fail(error)
-        self._flushed_s = time.monotonic()
-        self.flush_max_s = max(self.flush_max_s, self._flushed_s - started_s)
+
+    def _bring_to_disk(self, started_s: float) -> float:
+        os.fsync(self._file.fileno())
+        return time.monotonic() - started_s
+
+    def _await_sync(self) -> None:
+        if self._sync is not None:
+            self.flush_max_s = max(self.flush_max_s, self._sync.result())
 
     def flush_if_due(self) -> None:
         """Flush if the last flush is FLUSH_PERIOD_S ago; raises RecordingError."""
@@ -172,7 +189,9 @@ class RecordingWriter:
         try:
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.flush()
+            self._await_sync()
             os.fsync(self._file.fileno())
+            self._disk.shutdown()
             self._file.close()
             self._active.rename(self.path)
             if self._is_bag:
@@ -192,6 +211,7 @@ class RecordingWriter:
     def _fail(self, error: OSError) -> NoReturn:
         """Let go of the file as it is, so that nothing is written after the broken place."""
         self._is_open = False
+        self._disk.shutdown()
         with contextlib.suppress(OSError):  # its buffer cannot be written, as is being told
             self._file.close()
         raise RecordingError(

@@ -1,0 +1,9 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rerun view of the rig: live, of recordings, as pictures. Importing this imports rerun."""
+
+from vibration_monitor.view.offline import view_recording
+from vibration_monitor.view.rig_view import RigView
+from vibration_monitor.view.viewer import ViewError
+
+__all__ = ['RigView', 'ViewError', 'view_recording']

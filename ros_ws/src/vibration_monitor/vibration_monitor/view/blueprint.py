@@ -55,26 +55,22 @@ def _waveform(name: str, path: str) -> rrb.TimeSeriesView:
     )
 
 
-def blueprint() -> rrb.Blueprint:
-    """Return the layout: flight on the left, signals in the middle, the rotor on the right."""
-    flight = rrb.Vertical(
-        _flight('Load factor n [1]', (style.LOAD_SENSOR, style.LOAD), legend=True),
+def _flight_column() -> rrb.Vertical:
+    return rrb.Vertical(
+        _flight('Load factor n [1]', (style.LOAD_SENSOR, style.LOAD)),
         rrb.StateTimelineView(
-            name='Alarm',
-            origin=f'/{style.ALARM_LEVEL}',
-            time_view=_whole_flight(),
+            name='Alarm', origin=f'/{style.ALARM_LEVEL}', time_view=_whole_flight()
         ),
         _flight('Super-harmonic ratios of disk z [1]', (style.RATIOS,), legend=True),
-        _flight('Shaft speed [rad/s]', (style.SPEED,)),
-        _flight(
-            'Ground truth: crack stiffness ratio K [1]', (style.CRACK_TRUTH,), limits=(0.0, 0.3)
-        ),
-        row_shares=[1.2, 0.55, 1.5, 0.8, 0.8],
+        row_shares=[1.2, 0.5, 1.6],
     )
-    signals = rrb.Vertical(
+
+
+def _signal_column() -> rrb.Vertical:
+    return rrb.Vertical(
         rrb.BarChartView(
             name='Order spectrum of disk z [dB re 1 nm]',
-            origin=f'/{style.SPECTRUM}/{style.MAIN_CHANNEL}',
+            origin=f'/{style.SPECTRUM}',
             plot_legend=rrb.PlotLegend(visible=False),
         ),
         rrb.Spatial2DView(
@@ -85,10 +81,12 @@ def blueprint() -> rrb.Blueprint:
             ),
         ),
         _waveform('Disk displacement [um], latest 0.1 s', style.DISPLACEMENT),
-        _waveform('Bearing 1 acceleration [m/s2], latest 0.1 s', style.ACCELERATION),
-        row_shares=[1.2, 1.4, 1.1, 1.1],
+        row_shares=[1.0, 1.3, 1.0],
     )
-    rotor = rrb.Vertical(
+
+
+def _rotor_column() -> rrb.Vertical:
+    return rrb.Vertical(
         rrb.Spatial3DView(
             name=f'Rig, displacements x {EXAGGERATION:g}, crack side red',
             origin=f'/{style.RIG}',
@@ -98,6 +96,12 @@ def blueprint() -> rrb.Blueprint:
             ),
         ),
         rrb.Spatial2DView(name='Orbit of the disk [um], 4 revolutions', origin=f'/{style.ORBIT}'),
+        row_shares=[1.0, 1.0],
+    )
+
+
+def _bottom_row() -> rrb.Horizontal:
+    return rrb.Horizontal(
         rrb.TextLogView(
             name='Alarms and losses',
             origin=f'/{style.LOG}',
@@ -105,10 +109,20 @@ def blueprint() -> rrb.Blueprint:
                 timeline_columns=[TIMELINE], text_log_columns=['LogLevel', 'Body']
             ),
         ),
-        row_shares=[1.5, 1.7, 0.8],
+        _waveform('Bearing 1 acceleration [m/s2], latest 0.1 s', style.ACCELERATION),
+        _flight('Speed [rad/s]', (style.SPEED,)),
+        _flight('Crack K (truth)', (style.CRACK_TRUTH,), limits=(0.0, 0.3)),
+        column_shares=[1.6, 0.8, 0.5, 0.5],
+    )
+
+
+def blueprint() -> rrb.Blueprint:
+    """Return the layout: flight on the left, signals in the middle, the rotor on the right."""
+    columns = rrb.Horizontal(
+        _flight_column(), _signal_column(), _rotor_column(), column_shares=[1.2, 1.2, 1.0]
     )
     return rrb.Blueprint(
-        rrb.Horizontal(flight, signals, rotor, column_shares=[1.2, 1.2, 1.0]),
+        rrb.Vertical(columns, _bottom_row(), row_shares=[4.0, 1.05]),
         rrb.TopPanel(state='hidden'),
         rrb.BlueprintPanel(state='collapsed'),
         rrb.SelectionPanel(state='collapsed'),
@@ -116,5 +130,3 @@ def blueprint() -> rrb.Blueprint:
         auto_views=False,
         auto_layout=False,
     )
-
-

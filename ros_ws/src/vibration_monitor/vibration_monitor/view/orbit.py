@@ -86,8 +86,8 @@ class Orbit:
         self._log_scale(float(np.abs(self._rows[:, 1:]).max()))
 
     def _log_scale(self, reach_um: float) -> None:
-        """Log rings and axes when the scale has to change: up at once, down at a third."""
-        if reach_um <= 0.0 or self._ring_um / 3.0 <= reach_um <= self._ring_um:
+        """Log rings and axes when the scale has to change: up at once, down late."""
+        if reach_um <= 0.0 or 0.4 * self._ring_um <= reach_um <= self._ring_um:
             return
         self._ring_um = ring = round_up(1.1 * reach_um)
         circle = np.linspace(0.0, 2.0 * np.pi, 73)

@@ -13,19 +13,23 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 from PIL import Image
+
 from rotor_interfaces import topics
+from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS, level_of
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, decode
-
 from vibration_monitor.view import scene, style
 from vibration_monitor.view.curves import Curves, time_column
 from vibration_monitor.view.orbit import Orbit
 from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectrogram, decibels
 
-BATCH_S = 0.1
-"""Waveforms are sent, and orbit and load arrow drawn, this often in flight time."""
+FRAME_S = 0.1
+"""Orbit and load arrow are drawn this often in flight time."""
+
+CURVES_EVERY_S = 0.5
+"""Slow numbers are collected this long, in flight time."""
 
 SPECTROGRAM_EVERY_S = 1.0
 MAX_WAITING = 8192
@@ -53,14 +57,20 @@ class RigView:
 
     Flight time 0 is sample 0 of the waveform. Messages ahead of the waveform (the load is
     published with a lead) wait for it, so that a viewer that follows the newest time always
-    has a waveform to show. When the sample index jumps back, a new run has begun: the view
-    asks `new_stream` for another recording.
+    has a waveform to show. Waveforms are sent in batches of `batch_s` (s of flight): short ones
+    keep a live view fresh, long ones make files that open fast. When the sample index jumps
+    back, a new run has begun: the view asks `new_stream` for another recording.
     """
 
-    def __init__(self, new_stream: Callable[[], rr.RecordingStream]) -> None:
+    def __init__(
+        self, new_stream: Callable[[], rr.RecordingStream], *, batch_s: float = FRAME_S
+    ) -> None:
         self._new_stream = new_stream
+        self._batch_s = batch_s
         self._geometry = scene.Geometry()
         self._order = itertools.count()
+        self._refused: dict[str, tuple[int, str]] = {}
+        self._waiting: list[tuple[int, int, Topic, Any]] = []
         self._begin()
 
     @property
@@ -69,7 +79,7 @@ class RigView:
         return self._continuity.lost_samples
 
     def _begin(self) -> None:
-        """Start a recording; what waits for the waveform waits for the new one."""
+        """Start a recording; what waits for the waveform now waits for the new run's."""
         self._stream = self._new_stream()
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
@@ -77,13 +87,14 @@ class RigView:
         self._orbit = Orbit(self._stream)
         self._spectrogram = Spectrogram()
         self._spectrogram_due_s = 0.0
+        self._curves_due_ns = 0
         self._spectrogram_span_s = 0.0
         self._continuity = SampleContinuity()
         self._origin_ns: int | None = None
         self._blocks: list[WaveformBlock] = []
-        self._waiting: list[tuple[int, int, Topic, Any]] = []
         self._levels: dict[str, int] = {}
         self._crack_ratio: float | None = None
+        self._at(0)
         scene.log_bodies(self._stream, self._geometry)
         self._stream.log(
             style.ALARM_LEVEL,
@@ -97,14 +108,15 @@ class RigView:
         Args:
             topic: an entry of `rotor_interfaces.topics`; others than SHOWN_TOPICS are ignored.
             stamp_ns: the message's stamp, ns since the Unix epoch; ignored for `rotor/config`.
-            message: a rclpy message or a rosbags dataclass.
-
-        Raises:
-            WireError: a waveform or spectrum that breaks the wire contract.
+            message: a rclpy message or a rosbags dataclass; one that breaks the wire contract
+                is left out, logged in the view and counted in `refusals`.
 
         """
         if topic == topics.WAVEFORM:
-            self._on_waveform(decode(message))
+            try:
+                self._on_waveform(_placed(decode(message)))
+            except WireError as error:
+                self._refuse(topic, error)
         elif topic == topics.CONFIG:
             self._on_config(message.data)
         elif topic in SHOWN_TOPICS:
@@ -117,19 +129,39 @@ class RigView:
         self._send_blocks()
         while self._waiting:
             self._show(*heapq.heappop(self._waiting))
+        self._end()
+
+    def _end(self) -> None:
+        self._send_blocks()
         self._curves.send()
         self._send_spectrogram()
         self._stream.flush()
+
+    def note(self, text: str) -> None:
+        """Write a line into the log of the view, at the flight time of what was shown last."""
+        self._stream.log(f'{style.LOG}/view', rr.TextLog(text, level='INFO', color=style.GREY))
+
+    @property
+    def refusals(self) -> list[str]:
+        """One sentence for each topic of which messages were left out."""
+        return [
+            f'{count} messages of {name} break the wire contract and are not shown ({reason})'
+            for name, (count, reason) in self._refused.items()
+        ]
+
+    def _refuse(self, topic: Topic, error: WireError) -> None:
+        count, reason = self._refused.get(topic.name, (0, str(error)))
+        self._refused[topic.name] = (count + 1, reason)
+        if not count:
+            self.note(f'{topic.name}: messages are left out ({reason})')
 
     # The waveform
 
     def _on_waveform(self, block: WaveformBlock) -> None:
         count = len(block.rows)
-        if not count:
-            return
         how = self._continuity.check(block.first_sample, count)
         if how is Continuity.RESTART:
-            self.flush()
+            self._end()
             self._begin()
             self._continuity.check(block.first_sample, count)
         elif how is Continuity.GAP:
@@ -141,7 +173,7 @@ class RigView:
             self._origin_ns = _origin_ns(block)
         self._blocks.append(block)
         end_ns = block.stamp_ns + round(float(block.rows['time'][-1]) * NANOSECONDS)
-        if end_ns - self._blocks[0].stamp_ns >= BATCH_S * NANOSECONDS:
+        if end_ns - self._blocks[0].stamp_ns >= self._batch_s * NANOSECONDS:
             self._send_blocks()
 
     def _send_blocks(self) -> None:
@@ -154,17 +186,24 @@ class RigView:
         self._send_channels(offsets, rows)
         poses = slice(None, None, scene.POSE_EVERY)
         scene.send_poses(self._stream, self._geometry, time_column(offsets[poses]), rows[poses])
-        newest_ns = int(offsets[-1])
-        self._at(newest_ns)
+        frames = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
+        for frame in np.array_split(np.arange(len(rows)), frames):
+            self._draw_frame(offsets[frame], rows[frame])
+        self._release(int(offsets[-1]))
+        if offsets[-1] >= self._curves_due_ns:
+            self._curves_due_ns = int(offsets[-1] + CURVES_EVERY_S * NANOSECONDS)
+            self._curves.send()
+
+    def _draw_frame(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
+        """Draw what shows the rotor at one moment: orbit and load."""
+        self._at(int(offsets[-1]))
         self._orbit.add(rows)
         self._orbit.log()
         if 'load_y' in (rows.dtype.names or ()):
             load_factor = float(np.mean(rows['load_y'])) / STANDARD_GRAVITY_M_S2
-            middle_ns = (int(offsets[0]) + newest_ns) // 2
+            middle_ns = int(offsets[0] + offsets[-1]) // 2
             self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
             scene.log_load(self._stream, load_factor, self._crack_ratio)
-        self._release(newest_ns)
-        self._curves.send()
 
     def _send_channels(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
         for path, channels in _groups(rows.dtype.names or ()).items():
@@ -178,8 +217,7 @@ class RigView:
         self._curves.interrupt(style.WAVEFORM, gap_ns)
         self._orbit.clear()
         self._at(gap_ns)
-        text = f'samples missing from the view (so far {self.lost_samples})'
-        self._stream.log(f'{style.LOG}/view', rr.TextLog(text, level='WARN', color=style.GREY))
+        self.note(f'samples are missing here (so far {self.lost_samples})')
 
     def _offsets(self, block: WaveformBlock) -> NDArray[np.int64]:
         """Return flight time of each row in ns."""
@@ -215,7 +253,10 @@ class RigView:
         elif topic == topics.INDICATORS:
             self._on_indicators(offset_ns, message)
         elif topic == topics.SPECTRUM:
-            self._on_spectrum(offset_ns, decode(message))
+            try:
+                self._on_spectrum(offset_ns, decode(message))
+            except WireError as error:
+                self._refuse(topic, error)
         else:
             self._on_status(topic, message)
 
@@ -246,26 +287,26 @@ class RigView:
             self._curves.add(path, offset_ns, names, values)
 
     def _on_spectrum(self, offset_ns: int, table: WaveformBlock) -> None:
-        if 'order' not in table.columns:
+        if not {'order', style.MAIN_CHANNEL} <= set(table.columns):
             return
-        orders = table.rows['order'].astype(np.float64)
-        for name in table.columns:
-            if COLUMN_UNITS.get(name) == 'm':
-                self._stream.log(
-                    f'{style.SPECTRUM}/{name}',
-                    rr.BarChart(
-                        decibels(table.rows[name]).astype(np.float32),
-                        abscissa=orders,
-                        widths=np.gradient(orders).astype(np.float32),
-                        color=style.SPECTRUM_COLOUR,
-                    ),
-                )
-        if style.MAIN_CHANNEL in table.columns:
-            time_s = offset_ns / NANOSECONDS
-            self._spectrogram.add(time_s, orders, table.rows[style.MAIN_CHANNEL])
-            if time_s >= self._spectrogram_due_s:
-                self._spectrogram_due_s = time_s + SPECTROGRAM_EVERY_S
-                self._send_spectrogram()
+        rows = table.rows[table.rows['order'] < MAX_ORDER]
+        orders = rows['order'].astype(np.float64)
+        if len(orders) < 2:
+            return
+        self._stream.log(
+            style.SPECTRUM,
+            rr.BarChart(
+                decibels(rows[style.MAIN_CHANNEL]).astype(np.float32),
+                abscissa=orders,
+                widths=np.gradient(orders).astype(np.float32),
+                color=style.SPECTRUM_COLOUR,
+            ),
+        )
+        time_s = offset_ns / NANOSECONDS
+        self._spectrogram.add(time_s, orders, rows[style.MAIN_CHANNEL])
+        if time_s >= self._spectrogram_due_s:
+            self._spectrogram_due_s = time_s + SPECTROGRAM_EVERY_S
+            self._send_spectrogram()
 
     def _send_spectrogram(self) -> None:
         file = io.BytesIO()
@@ -322,6 +363,15 @@ class RigView:
         if geometry != self._geometry:
             self._geometry = geometry
             scene.log_bodies(self._stream, geometry)
+
+
+def _placed(block: WaveformBlock) -> WaveformBlock:
+    """Return the block; raises WireError where its place on the time axis is not known."""
+    if 'time' not in block.columns or not len(block.rows):
+        raise WireError('the block has no `time` column or no rows')
+    if not np.isfinite(block.rows['time']).all():
+        raise WireError('the `time` column is not finite')
+    return block
 
 
 def _groups(columns: tuple[str, ...]) -> dict[str, list[str]]:

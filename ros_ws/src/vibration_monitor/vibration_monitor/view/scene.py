@@ -22,6 +22,7 @@ SHAFT_RADIUS_M = 0.022
 DISK_RADIUS_M = 0.15
 DISK_WIDTH_M = 0.05
 RING_WIDTH_M = 0.03
+LOAD_ARROW_M_PER_G = 0.04
 POSE_EVERY = 8
 """Every 8th sample has a pose: at 352 rad/s about 23 a revolution, enough for slow motion."""
 
@@ -208,15 +209,18 @@ def send_poses(
             continue
         send(f'bearing_{number}/inner', translation=bearing, **turn)
         if disk is not None:
-            # a shear keeps both ends of the shaft half where the bearing and the disk are
-            slope = (disk - bearing) / (-side * HALF_LENGTH_M)
-            shear = np.tile(np.eye(3, dtype=np.float32), (len(rows), 1, 1))
-            shear[:, 1:, 0] = slope[:, 1:]
-            send(
-                f'shaft_{number}',
-                translation=bearing + np.array([side * HALF_LENGTH_M, 0, 0], np.float32),
-                mat3x3=shear.transpose(0, 2, 1).reshape(-1, 9),  # rerun wants columns first
-            )
+            reach = np.array([side * HALF_LENGTH_M, 0.0, 0.0], np.float32)
+            send(f'shaft_{number}', translation=bearing + reach, **_from_to(reach, disk - bearing))
+
+
+def _from_to(reach: NDArray[np.float32], drop: NDArray[np.float32]) -> dict[str, Any]:
+    """Return turn and stretch of a shaft half whose far end lies `drop` beside the axis."""
+    slope = drop / -reach[0]
+    stretch = np.sqrt(1.0 + slope[:, 1] ** 2 + slope[:, 2] ** 2)
+    turn = np.stack([0 * stretch, -slope[:, 2], slope[:, 1], 1.0 + stretch], axis=1)
+    turn /= np.linalg.norm(turn, axis=1, keepdims=True)
+    one = np.ones_like(stretch)
+    return {'quaternion': turn, 'scale': np.stack([stretch, one, one], axis=1)}
 
 
 def displacement(rows: NDArray[np.void], point: str) -> NDArray[np.float32] | None:
@@ -231,12 +235,14 @@ def displacement(rows: NDArray[np.void], point: str) -> NDArray[np.float32] | No
 
 
 def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float | None) -> None:
-    """Draw the load as an arrow on the disk (5 cm a g) and write what the picture shows."""
+    """Draw the load as an arrow on the disk and write what the picture shows."""
+    length_m = LOAD_ARROW_M_PER_G * load_factor
+    tip_m = -1.15 * DISK_RADIUS_M
     stream.log(
         f'{RIG}/load',
         rr.Arrows3D(
-            origins=[[0.0, -0.3, 0.0]],
-            vectors=[[0.0, 0.05 * load_factor, 0.0]],
+            origins=[[0.0, tip_m - max(length_m, 0.0), 0.0]],
+            vectors=[[0.0, length_m, 0.0]],
             colors=style.LOAD_COLOUR,
             radii=0.006,
         ),

@@ -1,0 +1,162 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Levels of the alarm: N of M, hysteresis, NaN; tables by hand, then properties."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibration_monitor import AlarmConfig, AlarmRule, AlarmState, Detector, Level
+
+NAN = math.nan
+NAME = 'disk_z/ratio_3_1'
+LETTERS = {'O': Level.OK, 'W': Level.WARN, 'E': Level.ERROR, 'S': Level.STALE}
+
+
+def config(required: int, out_of: int, release_ratio: float = 0.8) -> AlarmConfig:
+    rule = AlarmRule(indicator=NAME, warn=1.0, error=10.0)
+    return AlarmConfig(rules=(rule,), required=required, out_of=out_of, release_ratio=release_ratio)
+
+
+def levels(settings: AlarmConfig, values: list[float]) -> list[Level]:
+    detector = Detector(settings)
+    return [detector.update({NAME: value}).level for value in values]
+
+
+@pytest.mark.parametrize(
+    ('required', 'out_of', 'values', 'expected'),
+    [
+        # at the limit counts; one window is enough for 1 of 1
+        (1, 1, [0.0, 1.0, 10.0, 0.0], 'OWEO'),
+        # hysteresis: 0.8 is not yet below 0.8 x the limit, 0.79 is
+        (1, 1, [1.0, 0.9, 0.8, 0.79, 0.9], 'WWWOO'),
+        (1, 1, [10.0, 9.0, 8.0, 7.9, 0.9, 0.79], 'EEEWWO'),
+        # straight to ERROR and straight back
+        (1, 1, [0.0, 99.0, 0.0], 'OEO'),
+        # 2 of 3: one spike in any three windows is nothing
+        (2, 3, [2.0, 0.0, 0.0, 2.0, 0.0, 0.0], 'OOOOOO'),
+        (2, 3, [2.0, 0.0, 2.0, 0.0, 0.0], 'OOWOO'),
+        # released by two low windows only
+        (2, 3, [2.0, 2.0, 0.0, 0.9, 0.9, 0.0, 0.9, 0.0], 'OWWWWWWO'),
+        # warnings and errors are counted apart: two high windows, one of them very high
+        (2, 3, [2.0, 20.0, 20.0], 'OWE'),
+        (3, 5, [20.0, 2.0, 20.0, 2.0, 20.0], 'OOWWE'),
+        # NaN counts as neither, takes a place, and alone is STALE
+        (1, 1, [NAN, 0.0, NAN, 2.0], 'SOSW'),
+        (2, 3, [2.0, NAN, 2.0], 'OOW'),
+        (2, 3, [2.0, NAN, NAN, 2.0], 'OOOO'),
+        (2, 3, [NAN, NAN, NAN, 0.0], 'SSSO'),
+        # what was found comes back with the numbers, until they speak against it
+        (2, 3, [2.0, 2.0, NAN, NAN, NAN, 0.9, 0.0, 0.0], 'OWWWSWWO'),
+    ],
+)
+def test_levels_by_hand(required: int, out_of: int, values: list[float], expected: str) -> None:
+    assert levels(config(required, out_of), values) == [LETTERS[letter] for letter in expected]
+
+
+def test_before_the_first_window_nothing_is_known() -> None:
+    state = Detector(config(1, 1)).state
+    assert state == AlarmState.unknown()
+    assert state.level is Level.STALE
+    assert state.reasons == ('no window has been judged yet',)
+
+
+def test_levels_have_the_numbers_of_diagnostic_status() -> None:
+    assert [int(level) for level in Level] == [0, 1, 2, 3]
+    assert [level.name for level in Level] == ['OK', 'WARN', 'ERROR', 'STALE']
+
+
+def two_rules() -> AlarmConfig:
+    other = AlarmRule(indicator='disk_y/rms', warn=1e-6, error=2e-6)
+    return AlarmConfig(
+        rules=(AlarmRule(indicator=NAME, warn=1.0, error=10.0), other), required=1, out_of=2
+    )
+
+
+@pytest.mark.parametrize(
+    ('ratio', 'rms', 'expected'),
+    [
+        (0.0, 0.0, Level.OK),
+        (0.0, 1.5e-6, Level.WARN),
+        (20.0, 1.5e-6, Level.ERROR),
+        (NAN, 0.0, Level.STALE),
+        (NAN, 1.5e-6, Level.WARN),
+        (NAN, NAN, Level.STALE),
+    ],
+)
+def test_the_worst_rule_gives_the_level(ratio: float, rms: float, expected: Level) -> None:
+    state = Detector(two_rules()).update({NAME: ratio, 'disk_y/rms': rms})
+    assert state.level is expected
+
+
+def test_reasons_name_value_limit_and_unit() -> None:
+    detector = Detector(two_rules())
+    state = detector.update({NAME: 0.5, 'disk_y/rms': 1.5e-6})
+    assert state.reasons == (
+        'disk_y/rms = 1.5e-06 m: 1 of the last 1 windows reach the WARN limit 1e-06 m',
+    )
+    detector.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
+    state = detector.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
+    assert state.level is Level.WARN
+    assert state.reasons == (
+        'disk_y/rms = 9e-07 m: WARN stays until 1 of 2 windows are below 8e-07 m',
+    )
+    detector.update({NAME: 0.5})
+    state = detector.update({NAME: 0.5})
+    assert state.level is Level.STALE
+    assert state.reasons == ('disk_y/rms has no valid value in the last 2 windows',)
+    detector.update({NAME: 0.5, 'disk_y/rms': 0.0})
+    state = detector.update({NAME: 0.5, 'disk_y/rms': 0.0})
+    assert state == AlarmState(Level.OK)
+
+
+VALUES = st.lists(st.one_of(st.floats(0.0, 30.0), st.just(NAN)), max_size=40)
+
+
+@st.composite
+def n_of_m(draw: st.DrawFn) -> AlarmConfig:
+    out_of = draw(st.integers(1, 6))
+    return config(draw(st.integers(1, out_of)), out_of, draw(st.floats(0.01, 1.0)))
+
+
+@given(n_of_m(), VALUES)
+def test_a_level_is_reached_only_by_n_of_the_last_m_windows(
+    settings: AlarmConfig, values: list[float]
+) -> None:
+    before = Level.OK
+    for index, level in enumerate(levels(settings, values)):
+        last = values[max(0, index + 1 - settings.out_of) : index + 1]
+        numbers = [value for value in last if not math.isnan(value)]
+        assert (level is Level.STALE) is (not numbers)
+        if level is Level.STALE:
+            continue
+        for limit, reached in ((1.0, Level.WARN), (10.0, Level.ERROR)):
+            high = sum(value >= limit for value in numbers)
+            low = sum(value < settings.release_ratio * limit for value in numbers)
+            if high >= settings.required:
+                assert level >= reached
+            elif low >= settings.required or before < reached:
+                assert level < reached
+            else:
+                assert level >= reached
+        before = level
+
+
+@given(n_of_m(), VALUES)
+def test_the_past_is_forgotten_after_m_quiet_windows(
+    settings: AlarmConfig, values: list[float]
+) -> None:
+    assert levels(settings, [*values, *[0.0] * settings.out_of])[-1] is Level.OK
+    assert levels(settings, [*values, *[20.0] * settings.out_of])[-1] is Level.ERROR
+    assert levels(settings, [*values, *[NAN] * settings.out_of])[-1] is Level.STALE
+
+
+@given(st.integers(2, 5), st.lists(st.floats(0.0, 0.99), min_size=1, max_size=30), st.data())
+def test_a_single_spike_never_alarms(
+    required: int, values: list[float], data: st.DataObject
+) -> None:
+    place = data.draw(st.integers(0, len(values) - 1))
+    values[place] = 1e9
+    assert set(levels(config(required, 6), values)) == {Level.OK}

@@ -1,0 +1,130 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The view of a recording: in a window, as a rerun file, as a picture."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+import rerun as rr
+
+from rotor_interfaces import messages, topics
+from vibration_monitor.reading import UNDECODABLE, Recording
+from vibration_monitor.view import style, viewer
+from vibration_monitor.view.blueprint import blueprint
+from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
+from vibration_monitor.view.screenshot import Page
+from vibration_monitor.view.viewer import ViewError
+
+BATCH_S = 1.0
+"""Flight time per batch of a file: few large chunks open fast."""
+
+
+class _SecondRunError(Exception):
+    """The sample index jumped back: another run begins in the same recording."""
+
+
+def view_recording(
+    path: Path, *, save: Path | None = None, screenshot: Path | None = None
+) -> list[str]:
+    """Show a recording in the viewer's window until it is closed, or write what it would show.
+
+    Args:
+        path: folder of a bag, `.mcap` or `.mcap.active`.
+        save: write a rerun file (`.rrd`) instead of opening a window; replaced if it exists.
+        screenshot: write a picture (`.png`) of the end of the flight, without a screen;
+            replaced if it exists. With both, both are written.
+
+    Returns:
+        One sentence for each thing that the recording lost or that could not be shown.
+
+    Raises:
+        RecordingError: nothing there to read.
+        ViewError: no screen, no software renderer, or a name that cannot be written.
+
+    """
+    _check_target('--save', save, '.rrd')
+    _check_target('--screenshot', screenshot, '.png')
+    if save is None and screenshot is None:
+        viewer.require_screen()
+    recording = Recording(path)
+    with tempfile.TemporaryDirectory(prefix='rotor-rig-view-') as folder:
+        file = Path(folder) / 'view.rrd'
+        damage = convert(recording, file)
+        if screenshot is not None:
+            with Page(file) as page:
+                _write(screenshot, page.whole())
+        if save is not None:
+            _move(file, save)
+        if save is None and screenshot is None:
+            with viewer.window([str(file)]) as window:
+                window.wait()
+    return damage
+
+
+def convert(recording: Recording, file: Path) -> list[str]:
+    """Write the view of a recording as a rerun file; return what could not be shown.
+
+    Raises:
+        ViewError: the recording holds nothing that the view shows.
+
+    """
+    wanted = {name: topic for topic in SHOWN_TOPICS if (name := recording.find(topic))}
+    if topics.WAVEFORM not in wanted.values():
+        raise ViewError(
+            f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
+            f'topics are: {", ".join(recording.topics()) or "none"}'
+        )
+    streams: list[rr.RecordingStream] = []
+
+    def new_stream() -> rr.RecordingStream:
+        if streams:
+            raise _SecondRunError
+        streams.append(rr.RecordingStream(style.APPLICATION_ID))
+        streams[0].save(file, default_blueprint=blueprint())
+        return streams[0]
+
+    view = RigView(new_stream, batch_s=BATCH_S)
+    missing = [topic.name for topic in SHOWN_TOPICS if topic not in wanted.values()]
+    if missing:
+        view.note(f'not in this recording: {", ".join(missing)}')
+    try:
+        for message in recording.messages(list(wanted)):
+            topic = wanted[message.topic]
+            try:
+                decoded = messages.from_cdr(message.data, topic.type)
+            except UNDECODABLE:
+                recording.note(f'a message of {message.topic} cannot be decoded and is left out')
+                continue
+            view.push(topic, message.log_time_ns, decoded)
+        view.flush()
+    except _SecondRunError:
+        recording.note('a second run begins in this recording; only the first is shown')
+    streams[0].disconnect()
+    return [*recording.damage, *view.refusals]
+
+
+def _check_target(option: str, path: Path | None, suffix: str) -> None:
+    """Raise ViewError unless `path` names a file that can be written, before any work."""
+    if path is None:
+        return
+    if path.suffix != suffix:
+        raise ViewError(f'{option} {path} must end in {suffix}')
+    if not path.absolute().parent.is_dir():
+        raise ViewError(f'{option} {path}: the folder {path.absolute().parent} does not exist')
+    if path.is_dir():
+        raise ViewError(f'{option} {path} is a folder; give the name of a file')
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise ViewError(f'{path} cannot be written ({error.strerror})') from None
+
+
+def _move(file: Path, target: Path) -> None:
+    try:
+        shutil.move(file, target)
+    except OSError as error:
+        raise ViewError(f'{target} cannot be written ({error.strerror})') from None

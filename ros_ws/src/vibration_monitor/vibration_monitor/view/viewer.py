@@ -1,0 +1,189 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Starting the rerun viewer: on this machine only, without usage reports, never hanging."""
+
+import importlib.util
+import json
+import os
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rotor_interfaces.errors import RigError
+
+LOOPBACK = '127.0.0.1'
+START_S = 30.0
+STOP_S = 5.0
+LAVAPIPE = Path('/usr/share/vulkan/icd.d')
+INSTALL = 'scripts/install_viewer_packages'
+
+
+class ViewError(RigError):
+    """A view that cannot be shown or drawn; one sentence says why and what to do."""
+
+
+class Viewer:
+    """A rerun viewer process that listens on 127.0.0.1 alone.
+
+    The binary itself is started, not its Python wrapper: ending the wrapper leaves the viewer
+    running. Its own configuration folder turns usage reports off without touching the user's.
+    As a context it ends with the block; `leave_open` lets it outlive this process.
+
+    Raises:
+        ViewError: it did not start within START_S; the sentence ends with its last words.
+
+    """
+
+    def __init__(self, arguments: Sequence[str], environment: dict[str, str]) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix='rotor-rig-view-')
+        folder = Path(self._folder.name)
+        _usage_reports_off(folder)
+        self._words = folder / 'viewer.log'
+        port = _free_port()
+        self.url = f'rerun+http://{LOOPBACK}:{port}/proxy'
+        with self._words.open('wb') as words:
+            self._process = subprocess.Popen(
+                [_executable(), '--bind', LOOPBACK, '--port', str(port), *arguments],
+                env=os.environ | environment | {
+                    'RERUN_APP_ONLY': 'true', 'XDG_CONFIG_HOME': str(folder),
+                },
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=words,
+                start_new_session=True,  # Ctrl-C is for us, who then end it
+            )  # fmt: skip
+        try:
+            self._wait_for_port(port)
+        except BaseException:
+            self.close()
+            raise
+
+    def _wait_for_port(self, port: int) -> None:
+        """Wait until the viewer listens: connecting rerun to nobody would block for seconds."""
+        deadline = time.monotonic() + START_S
+        while time.monotonic() < deadline and self.is_running():
+            try:
+                socket.create_connection((LOOPBACK, port), timeout=1.0).close()
+            except OSError:
+                time.sleep(0.05)
+            else:
+                return
+        raise self.failure('did not start')
+
+    def failure(self, what: str) -> ViewError:
+        """Return the error for a viewer that failed, with the last line it wrote."""
+        lines = self._words.read_text(errors='replace').split('\n')
+        last = next((line for line in reversed(lines) if line.strip()), 'it said nothing')
+        return ViewError(
+            f'the rerun viewer {what} ({last.strip()[:200]}); {INSTALL} installs what it needs'
+        )
+
+    def is_running(self) -> bool:
+        """Say whether the viewer is still there (a user may close its window)."""
+        return self._process.poll() is None
+
+    def wait(self) -> None:
+        """Wait until the user closes the window; raises ViewError where it failed instead."""
+        if self._process.wait() != 0:
+            raise self.failure('ended with an error')
+
+    def leave_open(self) -> None:
+        """Leave the window to the user: neither `close` nor the end of this process ends it."""
+        self._folder.cleanup()
+
+    def close(self) -> None:
+        """End the viewer."""
+        if self.is_running():
+            self._process.terminate()
+            try:
+                self._process.wait(STOP_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self._folder.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def require_screen() -> None:
+    """Raise ViewError where no window can be opened."""
+    if not (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
+        raise ViewError(
+            'there is no screen to open the view on (neither DISPLAY nor WAYLAND_DISPLAY is '
+            'set); write a picture with --screenshot FILE.png or a file with --save FILE.rrd'
+        )
+
+
+def window(arguments: Sequence[str] = ()) -> Viewer:
+    """Open the viewer's window; raises ViewError where there is no screen or it fails."""
+    require_screen()
+    return Viewer(arguments, {})
+
+
+def headless(arguments: Sequence[str], size: tuple[int, int]) -> Viewer:
+    """Start the viewer without a screen, drawing in software, on a page of `size` pixels.
+
+    Raises:
+        ViewError: the software renderer is not installed, or the viewer did not start.
+
+    """
+    drivers = sorted(LAVAPIPE.glob('lvp_icd*.json'))
+    if not drivers:
+        raise ViewError(
+            'a picture without a screen needs the software renderer of Mesa, which is not '
+            f'installed here; run {INSTALL}'
+        )
+    width, height = size
+    return Viewer(
+        ['--headless', '--window-size', f'{width}x{height}', *arguments],
+        {
+            'WGPU_BACKEND': 'vulkan',
+            'VK_DRIVER_FILES': str(drivers[0]),
+            'RUST_LOG': 'error',  # else a notice covers a corner of the picture
+        },
+    )
+
+
+def _executable() -> str:
+    """Return the path of the viewer's binary, a part of the rerun-sdk package."""
+    package = importlib.util.find_spec('rerun_cli')
+    if package is None or package.origin is None:
+        raise ViewError('the rerun viewer is not installed; install the package rerun-sdk')
+    return str(Path(package.origin).parent / 'rerun')
+
+
+def _usage_reports_off(folder: Path) -> None:
+    """Write the configuration that `rerun analytics disable` would write, for this viewer only."""
+    settings = folder / 'rerun' / 'analytics.json'
+    settings.parent.mkdir()
+    settings.write_text(
+        json.dumps(
+            {
+                'analytics_enabled': False,
+                'analytics_id': '0' * 32,
+                'metadata': {},
+                'config_file_path': str(settings),
+                'data_dir_path': str(folder / 'analytics'),
+            }
+        )
+    )
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        return int(probe.getsockname()[1])

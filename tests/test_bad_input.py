@@ -1,0 +1,241 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Bad input ends in one clear sentence, a non-zero exit and no traceback, before anything runs.
+
+Every case goes through the command line's own entry point; a few also as a real process.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from conftest import Rig
+from typer.testing import CliRunner
+
+from rotor_bringup.cli import app
+
+GOOD: dict[str, Any] = {
+    'duration_s': 1.0,
+    'maneuver': {'profile': 'constant', 'load_factor': 1.0},
+}
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    return {**GOOD, **changes}
+
+
+def maneuver(**keys: Any) -> dict[str, Any]:
+    return changed(maneuver=keys)
+
+
+# what stands in the scenario file, and what the sentence must contain
+SCENARIOS: dict[str, tuple[dict[str, Any], list[str]]] = {
+    'unknown key': (changed(durations=3), ['durations', 'duration_s']),
+    'unknown nested key': (changed(speed={'inital_rad_s': 3}), ['speed.inital_rad_s', 'initial']),
+    'no manoeuvre': ({'duration_s': 1.0}, ['maneuver', 'missing']),
+    'duration zero': (changed(duration_s=0), ['duration_s = 0', 'above 0', '86400 s']),
+    'duration text': (changed(duration_s='long'), ["duration_s = 'long'", 'number']),
+    'duration NaN': (changed(duration_s=float('nan')), ['duration_s']),
+    'seed negative': (changed(seed=-1), ['seed = -1', '0']),
+    'seed fraction': (changed(seed=1.5), ['seed = 1.5', 'integer']),
+    'rate too low': (changed(rate_hz=10), ['rate_hz = 10', '1000 to 200000 Hz']),
+    'rate fraction': (changed(rate_hz=10240.5), ['rate_hz = 10240.5', 'integer']),
+    'block of nothing': (changed(block_samples=0), ['block_samples = 0', '1 to']),
+    'variant': (changed(variant='exact'), ['variant', "'derived'"]),
+    'crack too deep': (
+        changed(rotor={'crack_stiffness_ratio': 0.9}),
+        ['crack_stiffness_ratio = 0.9', '0 to 0.5'],
+    ),
+    'crack negative': (
+        changed(rotor={'crack_stiffness_ratio': -0.1}),
+        ['crack_stiffness_ratio = -0.1', '0 to 0.5'],
+    ),
+    'rotor misspelt': (changed(rotor={'crack_ratio': 0.1}), ['crack_ratio']),
+    'clearance in um': (changed(rotor={'clearance_m': 5.0}), ['clearance_m = 5', 'm']),
+    'negative clearance': (changed(rotor={'clearance_m': -1e-6}), ['clearance_m', '0']),
+    'mass zero': (changed(rotor={'disk_mass_kg': 0}), ['disk_mass_kg = 0', 'kg']),
+    'two balls': (changed(rotor={'ball_count': 2}), ['ball_count = 2']),
+    'rotor as list': (changed(rotor=[1, 2]), ['rotor']),
+    'speed in rpm': (changed(speed={'initial_rad_s': 3361}), ['initial_rad_s = 3361', 'rad/s']),
+    'standing still': (changed(speed={'initial_rad_s': 0}), ['initial_rad_s = 0', 'rad/s']),
+    'ramps overlap': (
+        changed(
+            speed={
+                'ramps': [
+                    {'at_s': 0.0, 'to_rad_s': 400.0, 'acceleration_rad_s2': 1.0},
+                    {'at_s': 1.0, 'to_rad_s': 300.0, 'acceleration_rad_s2': 1.0},
+                ]
+            }
+        ),
+        ['speed.ramps[1].at_s', '48'],
+    ),
+    'profile above the highest speed': (
+        changed(speed={'initial_rad_s': 352.0, 'highest_rad_s': 300.0}),
+        ['highest_rad_s = 300', '352'],
+    ),
+    'crack growth too deep': (
+        changed(crack_growth=[{'at_s': 0.0, 'to': 0.8}]),
+        ['crack_growth[0].to = 0.8', '0 to 0.5'],
+    ),
+    'noise negative': (
+        changed(sensors={'displacement_noise_m': -1.0}),
+        ['sensors.displacement_noise_m = -1', '0 to'],
+    ),
+    'imu too fast': (changed(sensors={'imu_rate_hz': 9000}), ['imu_rate_hz = 9000', '10240']),
+    'window too short': (
+        changed(monitor={'window_revolutions': 8}),
+        ['monitor.window_revolutions = 8', '64'],
+    ),
+    'hop longer than the window': (
+        changed(monitor={'hop_revolutions': 100}),
+        ['hop_revolutions', '64'],
+    ),
+    'changes out of order': (
+        changed(
+            changes=[
+                {'sample': 100, 'parameter': 'crack_stiffness_ratio', 'value': 0.1},
+                {'sample': 10, 'parameter': 'crack_stiffness_ratio', 'value': 0.1},
+            ]
+        ),
+        ['changes[1].sample = 10', '100'],
+    ),
+    'no profile': (maneuver(load_factor=1.0), ['maneuver', 'profile']),
+    'unknown profile': (maneuver(profile='loop'), ['loop', 'climb_dive']),
+    'load factor of 50': (
+        maneuver(profile='constant', load_factor=50),
+        ['maneuver.load_factor = 50', '-3 to 12'],
+    ),
+    'bank of 90 degrees': (maneuver(profile='turn', bank_rad=1.5708), ['bank_rad = 1.5708']),
+    'flight faster than sound and pull of 1 rad/s': (
+        maneuver(profile='climb_dive', speed_m_s=600, pull_rate_rad_s=0.9),
+        ['load factor', '12'],
+    ),
+    'empty sequence': (maneuver(profile='sequence', segments=[]), ['segments', 'at least one']),
+    'flight file absent': (
+        maneuver(profile='recorded', path='nowhere.csv'),
+        ['nowhere.csv'],
+    ),
+}
+
+# the text of flight.csv, and what the sentence must contain
+FLIGHTS: dict[str, tuple[str, list[str]]] = {
+    'empty': ('', ['flight.csv']),
+    'header only': ('time_s,load_factor\n', ['flight.csv']),
+    'wrong columns': ('t,g\n0,1\n1,1\n', ['time_s', 'load_factor']),
+    'text for a number': ('time_s,load_factor\n0,1\n1,up\n', ['line 3', 'up']),
+    'time runs backwards': ('time_s,load_factor\n0,1\n2,1\n1,1\n', ['line 4', 'time_s']),
+    'time stands still': ('time_s,load_factor\n0,1\n0,1\n', ['line 3', 'time_s']),
+    'NaN': ('time_s,load_factor\n0,1\n1,nan\n', ['line 3', 'nan']),
+    'not a flight': ('time_s,load_factor\n0,1\n1,40\n', ['line 3', '40', '12']),
+    'a number missing': ('time_s,load_factor\n0,1\n1\n', ['line 3']),
+    'too short': ('time_s,load_factor\n0,1\n0.5,1\n', ['0.5', '1']),
+}
+
+COMMANDS: dict[str, tuple[list[str], list[str]]] = {
+    'unknown scenario': (['run', 'no_such'], ['no_such', 'climb_dive']),
+    'negative rate': (['run', '--rate=-1'], ['--rate -1', '0 to 1000']),
+    'NaN rate': (['run', '--rate', 'nan'], ['--rate nan']),
+    'negative duration': (['run', '--duration=-5'], ['duration_s = -5']),
+    'rate is text': (['run', '--rate', 'fast'], ['--rate', 'number']),
+    'unknown option': (['run', '--fast'], ['--fast']),
+    'unknown command': (['fly'], ['fly']),
+    'no output named': (['simulate'], ['--out']),
+    'output folder absent': (['simulate', '--out', 'no/such/folder/a.mcap'], ['no/such/folder']),
+    'analyse nothing': (['analyze', 'no_such.mcap'], ['no_such.mcap']),
+    'replay nothing': (['replay', 'no_such.mcap'], ['no_such.mcap']),
+    'replay backwards': (['replay', 'empty.mcap', '--rate=-1'], ['rate']),
+    'view nothing': (['view', 'no_such.mcap'], ['no_such.mcap']),
+    'check nothing': (['scenario', 'check', 'no_such.yaml'], ['no_such.yaml']),
+}
+
+FILES: dict[str, tuple[bytes, list[str]]] = {
+    'empty': (b'', ['empty', 'recording.mcap']),
+    'text': (b'hello, this is no recording\n' * 10, ['recording.mcap']),
+    'magic only': (b'\x89MCAP0\r\n', ['recording.mcap']),
+}
+
+
+def assert_one_sentence(code: int, said: str, wanted: list[str]) -> None:
+    assert code in (1, 2), said
+    assert 'Traceback' not in said
+    errors = [line for line in said.splitlines() if line.startswith('error: ')]
+    assert len(errors) == 1 or 'Usage:' in said, said
+    for word in wanted:
+        assert word in said, (word, said)
+
+
+@pytest.fixture
+def command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., tuple[int, str]]:
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str]:
+        result = CliRunner().invoke(app, list(arguments), env={'COLUMNS': '300'})
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result.exit_code, result.output
+
+    return run
+
+
+@pytest.mark.parametrize('case', SCENARIOS)
+def test_scenario(command: Callable[..., tuple[int, str]], tmp_path: Path, case: str) -> None:
+    data, wanted = SCENARIOS[case]
+    (tmp_path / 'bad.yaml').write_text(yaml.safe_dump(data))
+    assert_one_sentence(*command('scenario', 'check', 'bad.yaml'), wanted)
+
+
+@pytest.mark.parametrize('case', FLIGHTS)
+def test_flight_file(command: Callable[..., tuple[int, str]], tmp_path: Path, case: str) -> None:
+    text, wanted = FLIGHTS[case]
+    (tmp_path / 'flight.csv').write_text(text)
+    (tmp_path / 'bad.yaml').write_text(
+        yaml.safe_dump(maneuver(profile='recorded', path='flight.csv'))
+    )
+    assert_one_sentence(*command('simulate', 'bad.yaml', '--out', 'out.mcap'), wanted)
+    assert not list(tmp_path.glob('out.mcap*')), 'nothing may have been written'
+
+
+@pytest.mark.parametrize('case', COMMANDS)
+def test_command(command: Callable[..., tuple[int, str]], tmp_path: Path, case: str) -> None:
+    arguments, wanted = COMMANDS[case]
+    (tmp_path / 'empty.mcap').write_bytes(b'')
+    assert_one_sentence(*command(*arguments), wanted)
+
+
+@pytest.mark.parametrize('verb', ['analyze', 'replay', 'view'])
+@pytest.mark.parametrize('case', FILES)
+def test_recording(
+    command: Callable[..., tuple[int, str]], tmp_path: Path, case: str, verb: str
+) -> None:
+    content, wanted = FILES[case]
+    (tmp_path / 'recording.mcap').write_bytes(content)
+    assert_one_sentence(*command(verb, 'recording.mcap'), wanted[-1:])
+
+
+@pytest.mark.parametrize(
+    ('text', 'wanted'),
+    [
+        ('a: [1, 2', ['YAML', 'line']),
+        ('just text', ['mapping']),
+        ('- 1\n- 2\n', ['mapping']),
+        ('1: 2\n', ['mapping']),
+        ('', ['mapping']),
+    ],
+)
+def test_yaml(
+    command: Callable[..., tuple[int, str]], tmp_path: Path, text: str, wanted: list[str]
+) -> None:
+    (tmp_path / 'bad.yaml').write_text(text)
+    assert_one_sentence(*command('scenario', 'check', 'bad.yaml'), wanted)
+
+
+def test_as_a_real_process(rig: Rig, tmp_path: Path) -> None:
+    bad = tmp_path / 'bad.yaml'
+    bad.write_text(yaml.safe_dump(changed(duration_s=0)))
+    done = rig('run', bad, '--record', tmp_path / 'recordings')
+    assert_one_sentence(done.code, done.out + done.err, ['duration_s = 0'])
+    assert not (tmp_path / 'recordings').exists()
