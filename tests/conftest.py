@@ -1,51 +1,13 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of the system tests: a private ROS domain for each run, and the runs many tests read."""
+"""Fixtures of the system tests: commands in private ROS domains, and runs many tests read."""
 
-import itertools
-import json
-import os
 import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
-from rotor_interfaces.messages import from_cdr
-from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import Recording
 
-CLI = [sys.executable, '-m', 'rotor_bringup.cli']
-_domains = itertools.count(os.getpid() % 150)
-
-
-def private_environment(log_folder: Path) -> dict[str, str]:
-    """Return an environment with a ROS domain of its own, on loopback."""
-    return {
-        **os.environ,
-        'ROS_DOMAIN_ID': str(20 + next(_domains) % 200),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_LOG_DIR': str(log_folder),
-    }
-
-
-@dataclass(frozen=True)
-class RigRun:
-    """A finished `rotor-rig` command."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        """What --json printed."""
-        return json.loads(self.out)
-
-
-Rig = Callable[..., RigRun]
+from rig_support import CLI, LiveRun, LiveRuns, Rig, RigRun, private_environment
 
 
 @pytest.fixture(scope='session')
@@ -60,22 +22,12 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Rig:
             capture_output=True,
             text=True,
             timeout=timeout_s,
+            check=False,
             stdin=subprocess.DEVNULL,
         )
         return RigRun(done.returncode, done.stdout, done.stderr)
 
     return run
-
-
-@dataclass(frozen=True)
-class LiveRun:
-    """A live run that ended well: its bag folder and its --json summary."""
-
-    folder: Path
-    summary: dict[str, Any]
-
-
-LiveRuns = Callable[..., LiveRun]
 
 
 @pytest.fixture(scope='session')
@@ -95,18 +47,10 @@ def live(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> LiveRuns:
     return run
 
 
-def recorded(recording: Recording, topic: Topic) -> Iterator[tuple[int, Any]]:
-    """Yield (log time in ns, decoded message) of a topic."""
-    name = recording.find(topic)
-    assert name is not None, f'{topic.name} was not recorded'
-    for message in recording.messages([name]):
-        yield message.log_time_ns, from_cdr(message.data, message.type)
-
-
 @pytest.fixture
-def domain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+def domain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     """A private ROS domain for this process and those it starts."""
     environment = private_environment(tmp_path / 'log')
     for name in ('ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_LOG_DIR'):
         monkeypatch.setenv(name, environment[name])
-    yield environment
+    return environment

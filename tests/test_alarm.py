@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The alarm means something: judged on the recorded files of live runs."""
 
+import sys
 from pathlib import Path
 
 import pytest
-from conftest import LiveRuns, recorded
+
+from rig_support import LiveRuns, recorded
 from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
 from vibration_monitor.reading import Recording
@@ -45,7 +47,9 @@ def test_level_flight_of_a_sound_rotor_stays_ok(live: LiveRuns) -> None:
 
 
 @pytest.mark.slow
-def test_a_growing_crack_changes_the_level(live: LiveRuns, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_growing_crack_changes_the_level(
+    live: LiveRuns, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = live('growing_crack', '--rate', 0).folder
     recording = Recording(folder)
     truth = [
@@ -63,7 +67,8 @@ def test_a_growing_crack_changes_the_level(live: LiveRuns, capsys: pytest.Captur
             changes.append((now, ratio))
             level = now
     with capsys.disabled():
-        print('\ngrowing crack:', ', '.join(f'{name} at K = {k:.4f}' for name, k in changes))
+        levels = ', '.join(f'{name} at K = {k:.4f}' for name, k in changes)
+        sys.stdout.write(f'\ngrowing crack: {levels}\n')
     assert changes, 'the level never changed'
     assert changes[0][0] == 'WARN'
     assert 0.0 < changes[0][1] < 0.15

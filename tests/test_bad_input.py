@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 import yaml
-from conftest import Rig
 from typer.testing import CliRunner
 
+from rig_support import Rig
 from rotor_bringup.cli import app
 
 GOOD: dict[str, Any] = {
@@ -167,9 +167,7 @@ def assert_one_sentence(code: int, said: str, wanted: list[str]) -> None:
 
 
 @pytest.fixture
-def command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., tuple[int, str]]:
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str]]:
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments: str) -> tuple[int, str]:

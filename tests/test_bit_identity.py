@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from conftest import LiveRuns, Rig, recorded
+
+from rig_support import LiveRuns, Rig, recorded
+from rotor_bringup.pipeline import simulate
+from rotor_bringup.scenario import load_scenario
 from rotor_interfaces import topics
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import VibrationMonitor
 from vibration_monitor.reading import Recording, waveform_blocks
-
-from rotor_bringup.pipeline import simulate
-from rotor_bringup.scenario import load_scenario
 
 DURATION_S = '6'
 

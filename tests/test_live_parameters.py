@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import CLI, Rig, recorded
+
+from rig_support import CLI, Rig, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording, waveform_blocks
 

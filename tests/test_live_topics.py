@@ -6,12 +6,12 @@ import json
 import subprocess
 import time
 from collections import defaultdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import CLI
+
+from rig_support import CLI
 from rotor_interfaces import topics
 from rotor_interfaces.gaps import SampleContinuity
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, decode
@@ -24,10 +24,11 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     """Everything that a subscriber of its own hears during the default scenario."""
     pytest.importorskip('rclpy', reason='needs ROS 2')
     import rclpy
-    from conftest import private_environment
     from rclpy.context import Context
     from rclpy.experimental.events_executor import EventsExecutor
     from rclpy.node import Node
+
+    from rig_support import private_environment
     from rotor_interfaces import ros
 
     folder = tmp_path_factory.mktemp('listener')
@@ -107,9 +108,7 @@ def test_stamps_follow_the_sample_count(heard: dict[str, list[Any]]) -> None:
 
 def test_the_load_the_truth_and_the_imu_agree(heard: dict[str, list[Any]]) -> None:
     load = np.array([message.accel.linear.y for message in heard['maneuver/load']])
-    truth = np.array(
-        [m.position[list(m.name).index('load_factor')] for m in heard['rotor/truth']]
-    )
+    truth = np.array([m.position[list(m.name).index('load_factor')] for m in heard['rotor/truth']])
     grid_times = np.arange(len(load)) / 100
     block_times = np.arange(len(truth)) * 0.025
     np.testing.assert_allclose(truth, np.interp(block_times, grid_times, load) / 9.81, atol=1e-12)
@@ -121,7 +120,7 @@ def test_the_load_the_truth_and_the_imu_agree(heard: dict[str, list[Any]]) -> No
 
 
 def test_the_configuration_is_enough_to_run_it_again(
-    heard: dict[str, list[Any]], tmp_path: Path
+    heard: dict[str, list[Any]],
 ) -> None:
     from rotor_bringup.scenario import Scenario, load_scenario
 

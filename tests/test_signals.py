@@ -6,10 +6,12 @@ import os
 import signal
 import subprocess
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from conftest import CLI, private_environment
+
+from rig_support import CLI, private_environment
 from vibration_monitor.reading import Recording
 
 NODES = {
@@ -48,7 +50,7 @@ class Rig:
 
     def children(self) -> dict[str, int]:
         """Return the pids of the node processes by name."""
-        found = {}
+        found: dict[str, int] = {}
         for entry in Path('/proc').iterdir():
             if not entry.name.isdigit():
                 continue
@@ -73,9 +75,12 @@ class Rig:
         return next(self.folder.glob('climb_dive-*'))
 
 
+Start = Callable[..., Rig]
+
+
 @pytest.fixture
-def started(tmp_path: Path):  # type: ignore[no-untyped-def]
-    rigs = []
+def started(tmp_path: Path) -> Iterator[Start]:
+    rigs: list[Rig] = []
 
     def start(*options: str) -> Rig:
         rigs.append(Rig(tmp_path, *options))
@@ -117,7 +122,7 @@ def assert_complete(bag: Path) -> None:
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('options', [(), ('--composed',)])
 def test_a_signal_to_the_rig_ends_everything_cleanly(
-    started, number: signal.Signals, options: tuple[str, ...]
+    started: Start, number: signal.Signals, options: tuple[str, ...]
 ) -> None:
     rig = started(*options)
     rig.wait_until_recording()
@@ -130,7 +135,7 @@ def test_a_signal_to_the_rig_ends_everything_cleanly(
     assert_complete(rig.bag())
 
 
-def test_ctrl_c_before_the_run_has_begun(started) -> None:
+def test_ctrl_c_before_the_run_has_begun(started: Start) -> None:
     rig = started()
     time.sleep(1.5)
     pids = rig.children()
@@ -144,7 +149,7 @@ def test_ctrl_c_before_the_run_has_begun(started) -> None:
 @pytest.mark.parametrize('victim', NODES)
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
 def test_a_dead_process_ends_the_run_with_its_name(
-    started, victim: str, number: signal.Signals
+    started: Start, victim: str, number: signal.Signals
 ) -> None:
     rig = started()
     rig.wait_until_recording()
@@ -164,7 +169,7 @@ def test_a_dead_process_ends_the_run_with_its_name(
         assert recording.damage, 'a truncated recording must say so'
 
 
-def test_a_killed_rig_leaves_no_process_behind(started) -> None:
+def test_a_killed_rig_leaves_no_process_behind(started: Start) -> None:
     rig = started()
     rig.wait_until_recording()
     pids = rig.children()

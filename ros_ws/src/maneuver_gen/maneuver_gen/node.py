@@ -13,13 +13,13 @@ import time
 from typing import Any
 
 from rclpy.node import Node
-from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError
-from rotor_interfaces.messages import NANOSECONDS, ROS
 
 from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.messages import NANOSECONDS, ROS
 
 GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
 
@@ -42,7 +42,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         if not 0.1 <= self._lead_s <= 10.0:
             raise ConfigError(f'lead_s = {self._lead_s:g} is out of range; allowed: 0.1 to 10 s')
         self._grid = load_grid(parse_maneuver(config or '{"profile": "constant"}'), duration_s)
-        self._epoch_ns: int | None = None
+        self._epoch_ns = -1  # until the simulator is ready
         self._next = 0
         self._publisher = ros.publisher(self, topics.MANEUVER_LOAD)
         ros.subscription(self, topics.PROGRESS, self._on_progress)
@@ -51,7 +51,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         if message.frame_id != self._consumer:
             return
         consumed_ns = messages.stamp_ns(message)
-        if self._epoch_ns is not None:
+        if self._epoch_ns >= 0:
             if consumed_ns == 0:
                 raise ManeuverError(
                     f'{self._consumer} started anew in the middle of a flight; a flight has one '
@@ -64,7 +64,6 @@ class ManeuverNode(Node):  # type: ignore[misc]
 
     def _publish_until(self, consumed_ns: int) -> None:
         """Publish every grid point up to the lead beyond `consumed_ns`."""
-        assert self._epoch_ns is not None
         limit_ns = consumed_ns + int(self._lead_s * NANOSECONDS)
         while self._next < len(self._grid):
             stamp_ns = self._epoch_ns + self._next * GRID_STEP_NS

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from vibration_monitor.config import MonitorConfig
-from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
-from vibration_monitor.reading import Recording
 
 from rotor_bringup.display import RunState
 from rotor_bringup.errors import ScenarioError
 from rotor_bringup.pipeline import analyze
+from vibration_monitor.config import MonitorConfig
+from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
+from vibration_monitor.reading import Recording
 
 HIGHLIGHTS = (
     'speed_rad_s',

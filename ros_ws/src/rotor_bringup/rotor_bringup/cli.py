@@ -15,7 +15,6 @@ import yaml
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 from rich.table import Table
-from rotor_interfaces.errors import ConfigError, RigError
 from typer.core import TyperGroup
 
 from rotor_bringup.errors import ProcessError
@@ -25,6 +24,7 @@ from rotor_bringup.scenario import (
     load_scenario,
     shipped_scenarios,
 )
+from rotor_interfaces.errors import ConfigError, RigError
 
 console = Console(stderr=True)
 
@@ -82,9 +82,7 @@ def run(
     record: Annotated[
         Path, typer.Option(help='Folder in which the recording gets a folder of its own.')
     ] = Path('recordings'),
-    composed: Annotated[
-        bool, typer.Option('--composed', help='All nodes in one process.')
-    ] = False,
+    composed: Annotated[bool, typer.Option('--composed', help='All nodes in one process.')] = False,
     view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -4,7 +4,7 @@
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from rich.console import Console
 from rich.live import Live
@@ -110,7 +110,7 @@ class Display:
         self._live: Live | None = None
         self._next = 0.0
 
-    def __enter__(self) -> 'Display':
+    def __enter__(self) -> Self:
         if self._console.is_terminal and not self._quiet:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
             self._live.start()

@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
-from rotor_interfaces import messages, ros, topics
 
+from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
+from rotor_interfaces import messages, ros, topics
 
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import Topic
@@ -19,8 +20,6 @@ from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.reading import Recording, waveform_blocks
 from vibration_monitor.recording import RecordingWriter
-
-from rotor_bringup.scenario import Scenario, versions
 
 Outgoing = tuple[Topic, int, Any]
 

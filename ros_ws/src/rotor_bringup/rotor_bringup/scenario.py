@@ -10,14 +10,14 @@ from typing import Any, Self
 
 import pydantic
 import yaml
+
 from maneuver_gen.config import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
-from rotor_interfaces.config import ConfigModel, quantity
+from rotor_bringup.errors import ScenarioError
+from rotor_interfaces.config import quantity
 from rotor_sim.config import RotorSimConfig
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
-
-from rotor_bringup.errors import ScenarioError
 
 DEFAULT_SCENARIO = 'climb_dive'
 OFFLINE_EPOCH_NS = 1_700_000_000_000_000_000

@@ -9,6 +9,7 @@ dataclasses have no defaults. `ROS` needs the message packages, `OFFLINE` needs 
 import array
 import functools
 import importlib
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -126,6 +127,7 @@ def joint_state(
     frame_id: str,
     names: list[str],
     position: NDArray[np.float64],
+    *,
     velocity: NDArray[np.float64] | None = None,
 ) -> Any:
     """Return sensor_msgs/JointState: named numbers that every plotter shows by itself."""
@@ -184,9 +186,10 @@ def diagnostics(
     factory: MessageFactory,
     stamp_ns: int,
     name: str,
+    *,
     level: int,
     text: str,
-    values: dict[str, Any],
+    values: Mapping[str, Any],
 ) -> Any:
     """Return diagnostic_msgs/DiagnosticArray with one status; units stand in the keys."""
     status = factory.new(

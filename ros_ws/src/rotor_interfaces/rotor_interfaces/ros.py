@@ -60,9 +60,7 @@ def qos(topic: Topic, *, subscribe: bool = False, volatile: bool = False) -> QoS
     return QoSProfile(
         depth=topic.depth,
         reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-        ),
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
     )
 
 
@@ -179,7 +177,7 @@ def _declare_field(node: Node, name: str, field: Any, value: Any, *, read_only: 
             ]
     try:
         return node.declare_parameter(name, value, descriptor).value
-    except Exception as error:  # rclpy raises several unrelated types here
+    except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here
         raise ConfigError(f'{name}: {error}; allowed: {range_text(field)}') from None
 
 
@@ -207,9 +205,7 @@ def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> Non
     node.add_on_set_parameters_callback(on_set)
 
 
-def run(
-    create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None = None
-) -> int:
+def run(create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None = None) -> int:
     """Create nodes, run them until one is done or a signal comes, and return the exit code.
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
@@ -236,10 +232,10 @@ def run(
         for node in nodes:
             node.finish()
     except ConfigError as error:
-        print(f'error: {error}', file=sys.stderr)
+        sys.stderr.write(f'error: {error}\n')
         code = EXIT_BAD_INPUT
     except RigError as error:
-        print(f'error: {error}', file=sys.stderr)
+        sys.stderr.write(f'error: {error}\n')
         code = EXIT_FAILED
     finally:
         for node in nodes:

@@ -77,7 +77,7 @@ def encode(block: WaveformBlock, factory: MessageFactory = ROS) -> Any:
 
     """
     rows = np.ascontiguousarray(block.rows)
-    fields = _point_fields(rows.dtype, factory)
+    fields = _point_fields(rows.dtype, factory)  # type: ignore[arg-type]
     floats = [name for name in block.columns if rows.dtype[name].kind == 'f']
     dense = all(bool(np.isfinite(rows[name]).all()) for name in floats)
     return factory.new(
@@ -98,7 +98,7 @@ def encode(block: WaveformBlock, factory: MessageFactory = ROS) -> Any:
 def _point_fields(dtype: np.dtype[Any], factory: MessageFactory) -> tuple[Any, ...]:
     fields = []
     for name in dtype.names or ():
-        column, offset = (dtype.fields or {})[name][:2]
+        column, offset = dtype.fields[name][:2]  # type: ignore[index]
         if column not in _CODES:
             raise WireError(f'column {name!r} has type {column.str}, which PointField cannot carry')
         fields.append(
@@ -148,8 +148,6 @@ def decode(message: Any) -> WaveformBlock:
         names.append(field.name)
         formats.append(dtype)
         offsets.append(field.offset)
-    layout = np.dtype(
-        {'names': names, 'formats': formats, 'offsets': offsets, 'itemsize': step}  # type: ignore[arg-type]
-    )
+    layout = np.dtype({'names': names, 'formats': formats, 'offsets': offsets, 'itemsize': step})
     rows = np.frombuffer(message.data, layout, count)
     return WaveformBlock(stamp_ns(message), rows, message.header.frame_id)

@@ -37,23 +37,23 @@ class Rig(ConfigModel):
     manoeuvre: Annotated[Constant | Step, pydantic.Field(discriminator='profile')] = Constant(
         load_factor=1.0
     )
-    steps: list[Step] = []
+    steps: tuple[Step, ...] = ()
 
 
 @pytest.mark.parametrize(
     ('data', 'sentence'),
     [
-        ({'shaft': {'crack_ratio': 0.7}}, 'rig.shaft.crack_ratio = 0.7 is out of range; allowed: '
-         '0 to 0.5 (crack depth measure)'),
-        ({'shaft': {'stiffness_n_m': 0}}, 'rig.shaft.stiffness_n_m = 0 is out of range; allowed: '
-         'above 0 N/m (stiffness a side)'),
-        ({'shaft': {'crack_rato': 0.1}}, "rig.shaft.crack_rato is not a known key; did you mean "
-         "'crack_ratio'?"),
+        ({'shaft': {'crack_ratio': 0.7}}, ('rig.shaft.crack_ratio = 0.7 is out of range; allowed: '
+         '0 to 0.5 (crack depth measure)')),
+        ({'shaft': {'stiffness_n_m': 0}}, ('rig.shaft.stiffness_n_m = 0 is out of range; allowed: '
+         'above 0 N/m (stiffness a side)')),
+        ({'shaft': {'crack_rato': 0.1}}, ("rig.shaft.crack_rato is not a known key; did you mean "
+         "'crack_ratio'?")),
         ({'qqq': 1}, 'rig.qqq is not a known key; allowed keys: manoeuvre, shaft, steps'),
-        ({'shaft': {'crack_ratio': 'deep'}}, "rig.shaft.crack_ratio = 'deep' is not allowed; it "
-         'must be a valid number, 0 to 0.5'),
-        ({'manoeuvre': {'profile': 'constant'}}, 'rig.manoeuvre.load_factor is missing; it is: '
-         'load factor'),
+        ({'shaft': {'crack_ratio': 'deep'}}, ("rig.shaft.crack_ratio = 'deep' is not allowed; it "
+         'must be a valid number, 0 to 0.5')),
+        ({'manoeuvre': {'profile': 'constant'}}, ('rig.manoeuvre.load_factor is missing; it is: '
+         'load factor')),
         ({'manoeuvre': {'profile': 'constant', 'load_factor': 20}},
          'rig.manoeuvre.load_factor = 20 is out of range; allowed: -3 to 12 (load factor)'),
         ({'manoeuvre': {'profile': 'constant', 'load_factor': 2, 'g': 1}},
@@ -74,18 +74,18 @@ def test_one_sentence(data: dict[str, object], sentence: str) -> None:
 
 
 def test_the_wrong_profile_names_the_right_ones() -> None:
-    with pytest.raises(ConfigError, match="'constant', 'step'"):
+    with pytest.raises(ConfigError, match=r"'constant', 'step'"):
         Rig.from_mapping({'manoeuvre': {'profile': 'loop'}})
 
 
 def test_python_construction_gives_the_same_sentence() -> None:
-    with pytest.raises(ConfigError, match='crack_ratio = 0.7 is out of range'):
+    with pytest.raises(ConfigError, match=r'crack_ratio = 0\.7 is out of range'):
         Shaft(crack_ratio=0.7)
 
 
 def test_models_are_frozen_and_refuse_non_finite_numbers() -> None:
     with pytest.raises(pydantic.ValidationError):
-        Shaft().crack_ratio = 0.1  # type: ignore[misc]
+        Shaft().crack_ratio = 0.1
     with pytest.raises(ConfigError):
         Shaft(stiffness_n_m=float('inf'))
 

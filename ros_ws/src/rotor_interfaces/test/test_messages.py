@@ -17,12 +17,12 @@ from rotor_interfaces.topics import TOPICS
 
 BUILDERS: dict[str, Callable[[MessageFactory], Any]] = {
     'sensor_msgs/msg/JointState': lambda f: messages.joint_state(
-        f, 5, 'rotor', ['a', 'b'], np.array([1.0, np.nan]), np.array([2.0])
+        f, 5, 'rotor', ['a', 'b'], np.array([1.0, np.nan]), velocity=np.array([2.0])
     ),
     'geometry_msgs/msg/AccelStamped': lambda f: messages.load(f, 10**18 + 7, 29.43, -1.0),
     'sensor_msgs/msg/Imu': lambda f: messages.imu(f, 5, 'bearing_1', (0.0, -9.81, 0.2), 0.04),
     'diagnostic_msgs/msg/DiagnosticArray': lambda f: messages.diagnostics(
-        f, 5, 'rig: part', 2, 'text', {'age [s]': 1.5}
+        f, 5, 'rig: part', level=2, text='text', values={'age [s]': 1.5}
     ),
     'std_msgs/msg/String': lambda f: messages.string(f, '{"a": 1}'),
     'rosgraph_msgs/msg/Clock': lambda f: messages.clock(f, 1_999_999_999),
@@ -69,11 +69,12 @@ def test_sample_stamps_are_rounded_once_and_never_drift(
 
 
 def test_stamps_read_back() -> None:
-    for build in (
+    builds: list[Callable[[], Any]] = [
         lambda: messages.header(OFFLINE, 1_700_000_000_000_000_001, 'x'),
         lambda: messages.clock(OFFLINE, 1_700_000_000_000_000_001),
         lambda: messages.load(OFFLINE, 1_700_000_000_000_000_001, 0.0, 0.0),
-    ):
+    ]
+    for build in builds:
         assert messages.stamp_ns(build()) == 1_700_000_000_000_000_001
 
 
@@ -82,5 +83,5 @@ def test_levels_read_back(factory: MessageFactory) -> None:
     if factory is ROS:
         pytest.importorskip('diagnostic_msgs.msg', reason='needs the ROS 2 message packages')
     for level in range(4):
-        array = messages.diagnostics(factory, 0, 'n', level, '', {})
+        array = messages.diagnostics(factory, 0, 'n', level=level, text='', values={})
         assert messages.level_of(array.status[0]) == level

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import MessageFactory, sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import COLUMN_UNITS, WaveformBlock, encode
-
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.simulator import SimulatedBlock
 
@@ -38,7 +38,7 @@ def block_messages(
             ROTOR_FRAME,
             ['shaft'],
             np.array([block.shaft_angle_rad]),
-            np.array([block.shaft_speed_rad_s]),
+            velocity=np.array([block.shaft_speed_rad_s]),
         ),
     )
     yield (

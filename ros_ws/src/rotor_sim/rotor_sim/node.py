@@ -14,11 +14,11 @@ from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
+
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
 from rotor_interfaces.topics import Topic
-
 from rotor_sim.config import NoiseLevels, RotorSimConfig
 from rotor_sim.errors import RotorError
 from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
@@ -49,7 +49,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         )
         self._versions = json.loads(ros.declare(self, 'versions', '{}', 'versions as JSON'))
         duration_s = ros.declare(self, 'duration_s', 20.0, 'length of the run [s]')
-        self._rate = ros.declare(
+        self._rate: float = ros.declare(
             self, 'rate', 1.0, 'multiple of real time; 0: as fast as the consumers keep up'
         )
         self._consumers = list(
@@ -91,9 +91,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._progress = ros.Progress(self, 'rotor_sim')
         ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
         ros.subscription(self, topics.PROGRESS, self._on_progress)
-        ros.accept_changes(
-            self, {name: self._setter(name) for name in RotorSimulator.SETTABLE}
-        )
+        ros.accept_changes(self, {name: self._setter(name) for name in RotorSimulator.SETTABLE})
         self._publish_config()
         ros.timer(self, TICK_S, self._tick)
 
@@ -237,9 +235,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         """Paced runs publish a block when its last sample would have been measured."""
         if not self._rate:
             return True
-        late_s = (
-            time.monotonic() - self._started - end_sample / (self._config.rate_hz * self._rate)
-        )
+        late_s = time.monotonic() - self._started - end_sample / (self._config.rate_hz * self._rate)
         block_s = self._config.block_samples / (self._config.rate_hz * self._rate)
         if late_s > block_s and not self._stalled:
             self._overruns += 1
@@ -290,9 +286,9 @@ class RotorSimNode(Node):  # type: ignore[misc]
                 ROS,
                 end_ns,
                 'rotor_sim: co-simulation',
-                1 if bad else 0,
-                'load refused, holes or late blocks' if bad else 'on time',
-                {
+                level=1 if bad else 0,
+                text='load refused, holes or late blocks' if bad else 'on time',
+                values={
                     'simulated time [s]': f'{simulated_s:.3f}',
                     'real-time factor [1]': f'{simulated_s / elapsed_s:.3f}',
                     'late blocks [1]': self._overruns,

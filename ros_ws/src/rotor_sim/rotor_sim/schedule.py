@@ -7,6 +7,7 @@ block, so no result depends on where blocks end.
 """
 
 import bisect
+import itertools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -91,7 +92,7 @@ class RampSchedule:
         self._values = np.array([s.value for s in self._segments])
         self._increments = np.array([s.increment for s in self._segments])
         self._origins = [(0, 0.0)]
-        for before, after in zip(self._segments, self._segments[1:], strict=False):
+        for before, after in itertools.pairwise(self._segments):
             turns, angle = self._exact_angle(before, self._origins[-1], after.start - before.start)
             self._origins.append((turns, angle))
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from rotor_sim import RotorParameters, _kernels
 from rotor_sim.parameters import GRAVITY_M_S2
 

@@ -10,18 +10,21 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
 from rotor_sim import LoadGrid, RotorParameters, RotorSimConfig, RotorSimulator, _kernels
 from rotor_sim.model import Drive, ball_angles, derivative, energy
 from rotor_sim.parameters import GRAVITY_M_S2
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 Array = NDArray[np.float64]
 Revolutions = Callable[..., tuple[Array, Array]]
 SPEED = 352.0
 
 
-def exact_linear(parameters: RotorParameters, start: Array, load_factor: float, turns: int) -> Array:
+def exact_linear(
+    parameters: RotorParameters, start: Array, load_factor: float, turns: int
+) -> Array:
     """State after whole turns without contact and crack: one matrix exponential.
 
     Three states more (1, cos, sin of the shaft's angle) make load and unbalance part of it. The
@@ -66,7 +69,7 @@ def dop853(parameters: RotorParameters, start: Array, turns: int) -> Array:
 
     def rates(time_s: float, state: Array) -> Array:
         drive = Drive(SPEED * time_s, SPEED, 3.0 * GRAVITY_M_S2)
-        return derivative(parameters, state * scale, drive) / scale
+        return np.asarray(derivative(parameters, state * scale, drive) / scale)
 
     end = 2.0 * np.pi * turns / SPEED
     solution = solve_ivp(rates, (0.0, end), start, 'DOP853', rtol=1e-12, atol=1e-12)
@@ -79,7 +82,8 @@ def after_three_turns() -> Array:
     return dop853(RotorParameters.hou2016(), start, 3)
 
 
-# the bounds, on the displacements, are those that the rig promises; physics.md measured 2.3e-4, 1.5e-6 and 8.6e-8
+# the bounds, on the displacements, are those that the rig promises; a program of its own
+# measured 2.3e-4, 1.5e-6 and 8.6e-8
 @pytest.mark.slow
 @pytest.mark.parametrize(('steps', 'bound'), [(256, 5e-4), (1024, 5e-6), (2048, 5e-7)])
 def test_error_with_contact_after_three_revolutions(
@@ -94,7 +98,9 @@ def test_error_with_contact_after_three_revolutions(
 
 
 @pytest.mark.slow
-def test_order_with_contact_is_lower(run_revolutions: Revolutions, after_three_turns: Array) -> None:
+def test_order_with_contact_is_lower(
+    run_revolutions: Revolutions, after_three_turns: Array
+) -> None:
     """Contact has only one continuous derivative: the order wanders, so no 4 +- 0.1 here."""
     parameters = RotorParameters.hou2016()
     steps = (256, 512, 1024, 2048)
@@ -147,7 +153,7 @@ def cage_power_w(displacements: Array, angle_rad: Array, speed_rad_s: float) -> 
             y, z = displacements[:, i], displacements[:, i + 1]
             pressed = np.maximum(y * c + z * s - p.clearance_m, 0.0)
             power += p.contact_stiffness_n_m15 * pressed**1.5 * (z * c - y * s)
-    return power * p.cage_ratio * speed_rad_s
+    return np.asarray(power * p.cage_ratio * speed_rad_s)
 
 
 def test_energy_is_conserved_at_speed_zero() -> None:
@@ -210,7 +216,7 @@ def test_stream_follows_varying_speed_load_and_crack() -> None:
             load_z_m_s2=float(np.interp(time_s, times, points[:, 1])),
             crack_stiffness_ratio=0.1 + 0.2 / 0.03 * time_s,
         )
-        return derivative(p, state * scale, drive) / scale
+        return np.asarray(derivative(p, state * scale, drive) / scale)
 
     x, last = start / scale, 0.0
     for stop in (0.01, 0.015):  # the load has a kink at 10 ms

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+
 from rotor_sim import IntegrationError, RotorParameters
 from rotor_sim.model import Drive, acceleration
 from rotor_sim.parameters import GRAVITY_M_S2
@@ -59,7 +60,10 @@ def test_static_check_of_the_model(
 
 CASES = list(
     itertools.product(
-        (-3.0, -0.1, 0.01, 1.0, 3.0, 10.0), (0.0, 5e-6, 50e-6), (0.0, 0.1, 0.3), (0.0, 1.0, 2.7, 5.3)
+        (-3.0, -0.1, 0.01, 1.0, 3.0, 10.0),
+        (0.0, 5e-6, 50e-6),
+        (0.0, 0.1, 0.3),
+        (0.0, 1.0, 2.7, 5.3),
     )
 )
 

@@ -64,7 +64,7 @@ def named(topic: Topic, time_s: float, numbers: dict[str, float]) -> Outgoing:
 
 def status(topic: Topic, time_s: float, level: int, text: str) -> Outgoing:
     stamp = stamp_of(time_s)
-    return topic, stamp, messages.diagnostics(OFFLINE, stamp, 'monitor: crack', level, text, {})
+    return topic, stamp, messages.diagnostics(OFFLINE, stamp, 'monitor: crack', level=level, text=text, values={})
 
 
 def spectrum(time_s: float) -> Outgoing:
@@ -93,7 +93,7 @@ def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator
         everything.append((time_s, named(topics.TRUTH, time_s, {'crack_stiffness_ratio': 0.1})))
         stamp = stamp_of(time_s)
         shaft = messages.joint_state(
-            OFFLINE, stamp, 'rotor', ['shaft'], np.zeros(1), np.array([SPEED_RAD_S])
+            OFFLINE, stamp, 'rotor', ['shaft'], np.zeros(1), velocity=np.array([SPEED_RAD_S])
         )
         everything.append((time_s, (topics.SHAFT, stamp, shaft)))
     for k in range(1, int(duration_s / WINDOW_S)):

@@ -81,7 +81,7 @@ class AlarmConfig(ConfigModel):
 
     rules: tuple[AlarmRule, ...] = pydantic.Field(
         default=(
-            AlarmRule(indicator='disk_z/ratio_2_1', warn=0.1, error=0.4),
+            AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6),
             AlarmRule(indicator='disk_z/ratio_3_1', warn=0.5, error=2.0),
         ),
         description='limits, one rule an indicator; the worst rule gives the level',

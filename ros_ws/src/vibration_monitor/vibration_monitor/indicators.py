@@ -161,7 +161,7 @@ def _tracked_values(
     floor = (
         config.acceleration_floor_m_s2 if is_acceleration(channel) else config.displacement_floor_m
     )
-    denominator = max(amplitude[1.0], floor)  # in this order a NaN stays
+    denominator = max(amplitude[1.0], floor)
     values += [amplitude[order] / denominator for order in RATIO_ORDERS if order in config.orders]
     return [*values, denominator]
 

@@ -69,11 +69,15 @@ class McapFile:
         self.unread: set[Segment] = set()
         self._indexed: Counter[int] = Counter()
         self._times: dict[int, tuple[int, int]] = {}
+        self._loose = 0
+        self._is_data_sound = False
+        self._is_data_over = False
         self._statistics: Statistics | None = None
         self._finalised = False
         try:
             with path.open('rb') as file:
                 self._walk(file)
+            self._drop_loose_messages()
             if not self._take_statistics():
                 self._survey()
         except OSError as error:
@@ -159,11 +163,14 @@ class McapFile:
                 return
             self._note(f'bytes {position} to {places[later]} are damaged and left out')
             position = places[later]
+            self._is_data_over = position == places[-1]  # where the summary begins
         self._check_end(file, position, size)
 
     def _take(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
         """Note one record, whose content is the next `length` bytes of the file."""
-        if opcode == Opcode.CHUNK:
+        if self._is_data_over and opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+            self._note(f'the record at byte {position} does not belong there, ignored')
+        elif opcode == Opcode.CHUNK:
             head = file.read(min(length, CHUNK.size))
             start_ns, end_ns = CHUNK.unpack(head)[:2] if len(head) == CHUNK.size else (0, 0)
             self._times[position] = (start_ns, end_ns)
@@ -194,6 +201,7 @@ class McapFile:
         elif opcode == Opcode.STATISTICS:
             self._statistics = self._parse(Statistics, file.read(length))
         elif opcode == Opcode.DATA_END:
+            self._is_data_over = True
             self._check_data(file, self._parse(DataEnd, file.read(length)), position)
         elif opcode == Opcode.FOOTER:
             self._finalised = True
@@ -207,6 +215,7 @@ class McapFile:
                 self._note(f'the chunk at byte {offset} and its index disagree about its times')
 
     def _take_message(self, file: BinaryIO, position: int, length: int) -> None:
+        self._loose += 1
         head = file.read(min(length, MESSAGE.size))
         log_time = MESSAGE.unpack(head)[2] if len(head) == MESSAGE.size else 0
         end = position + RECORD.size + length
@@ -245,13 +254,31 @@ class McapFile:
         # Chunks have their own checksum, so only messages outside of chunks need this one.
         if data_end is None or not data_end.data_section_crc:
             return
-        if all(segment.is_chunk for segment in self.segments):
+        if not self._loose:
             return
-        if mcap_records.checksum(file, 0, position) != data_end.data_section_crc:
+        self._is_data_sound = (
+            mcap_records.checksum(file, 0, position) == data_end.data_section_crc
+        )
+        if not self._is_data_sound:
             self._note(
                 'the checksum of the data section does not fit, so messages outside of chunks '
                 'may be damaged'
             )
+
+    def _drop_loose_messages(self) -> None:
+        """Believe messages between chunks only if a checksum vouches for them.
+
+        Writers use chunks for all messages or for none; beside chunks, a message is most likely
+        another record with a damaged opcode.
+        """
+        chunks = [segment for segment in self.segments if segment.is_chunk]
+        if chunks and self._loose and not self._is_data_sound:
+            self._note(
+                f'{self._loose} messages between the chunks are left out, since no checksum '
+                'vouches for them'
+            )
+            self.segments = chunks
+            self._loose = 0
 
     def _check_summary(self, file: BinaryIO, footer: Footer | None, position: int) -> None:
         if footer is None or not footer.summary_crc:
@@ -271,6 +298,10 @@ class McapFile:
         if known is None or self.damage or known.channel_count != len(self.channels):
             return False
         if sum(known.channel_message_counts.values()) != known.message_count:
+            return False
+        # a chunk or message that the walk passed by: its opcode or a length before it is damaged
+        chunks = sum(segment.is_chunk for segment in self.segments)
+        if known.chunk_count != chunks or (self._loose and self._loose != known.message_count):
             return False
         self.counts.update(known.channel_message_counts)
         if known.message_count:

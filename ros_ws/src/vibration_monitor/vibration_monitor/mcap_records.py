@@ -133,7 +133,9 @@ def _unpack_lz4(packed: bytes, claimed: int) -> bytes:
     while not unpacker.eof and not unpacker.needs_input and size <= claimed:
         pieces.append(unpacker.decompress(b'', max_length=_PIECE_BYTES))
         size += len(pieces[-1])
-    if not unpacker.eof and size <= claimed:
+    if size > claimed:
+        raise DamageError('it holds more than it claims')
+    if not unpacker.eof:
         raise DamageError('it is cut short')
     return b''.join(pieces)
 

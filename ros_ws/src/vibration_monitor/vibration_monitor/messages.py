@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, MessageFactory
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import WaveformBlock, encode
-
 from vibration_monitor.detection import AlarmState
-from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.indicators import OrderSpectrum
+from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
 Outgoing = tuple[Topic, int, Any]
 """Topic, stamp in ns, message."""
@@ -66,9 +66,9 @@ class MonitorMessages:
                 self._factory,
                 stamp_ns,
                 'vibration_monitor: crack',
-                int(alarm.level),
-                '; '.join(alarm.reasons) or alarm.level.name,
-                {},
+                level=int(alarm.level),
+                text='; '.join(alarm.reasons) or alarm.level.name,
+                values={},
             ),
         )
 

@@ -7,11 +7,11 @@ from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
+
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from rotor_interfaces.waveform import decode
-
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import VibrationMonitor
@@ -80,9 +80,9 @@ class MonitorNode(Node):  # type: ignore[misc]
                 ROS,
                 stamp_ns,
                 'vibration_monitor: stream',
-                1 if lost else 0,
-                'samples or blocks lost' if lost else 'complete',
-                values,
+                level=1 if lost else 0,
+                text='samples or blocks lost' if lost else 'complete',
+                values=values,
             )
         )
 

@@ -78,9 +78,9 @@ class RecorderNode(Node):  # type: ignore[misc]
                 ROS,
                 self._stream.time_ns,
                 'recorder: stream',
-                1 if lost else 0,
-                'samples or blocks lost' if lost else 'complete',
-                self._stream.status(),
+                level=1 if lost else 0,
+                text='samples or blocks lost' if lost else 'complete',
+                values=self._stream.status(),
             )
         )
 

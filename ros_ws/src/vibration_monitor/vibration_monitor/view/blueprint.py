@@ -13,9 +13,11 @@ WAVEFORM_WINDOW_S = 0.1
 
 
 def _whole_flight() -> rrb.TimeAxis:
-    """Return the time axis that all views of the flight share: from 0 to the newest data."""
+    """Return the time axis that all views of the flight have: from 0 to the newest data.
+
+    Linked axes would not do: rerun 0.41 then starts each view at its own first value.
+    """
     return rrb.TimeAxis(
-        link='LinkToGlobal',
         view_range=rr.TimeRange(
             start=rrb.TimeRangeBoundary.absolute(seconds=0.0),
             end=rrb.TimeRangeBoundary.infinite(),
@@ -30,7 +32,7 @@ def _flight(
     legend: bool = False,
     limits: tuple[float, float] | None = None,
 ) -> rrb.TimeSeriesView:
-    """Return a curve over the whole flight; all of these zoom together."""
+    """Return curves over the whole flight."""
     return rrb.TimeSeriesView(
         name=name,
         origin='/',

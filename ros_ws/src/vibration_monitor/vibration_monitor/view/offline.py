@@ -85,7 +85,11 @@ def convert(recording: Recording, file: Path) -> list[str]:
         return streams[0]
 
     view = RigView(new_stream, batch_s=BATCH_S)
-    missing = [topic.name for topic in SHOWN_TOPICS if topic not in wanted.values()]
+    missing = [
+        topic.name
+        for topic in SHOWN_TOPICS
+        if topic not in (*wanted.values(), topics.CONFIG, topics.DIAGNOSTICS)
+    ]
     if missing:
         view.note(f'not in this recording: {", ".join(missing)}')
     try:

@@ -16,7 +16,7 @@ SIZE = (1440, 900)
 DRAWN_S = 120.0
 """A page that has not come to rest by then has failed; a quiet machine needs about 5 s."""
 
-_NO_ANSWER = (RuntimeError, ConnectionError)
+_NO_ANSWER = (RuntimeError, OSError)
 """What rerun raises when its viewer does not answer within 15 s."""
 
 _PAUSE_S = 0.2

@@ -1,0 +1,64 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The load grid takes points in order, knows how far it reaches, and forgets on request."""
+
+import re
+
+import numpy as np
+import pytest
+
+from rotor_sim import LoadGrid, RotorError
+
+
+def test_covers_up_to_its_last_point() -> None:
+    grid = LoadGrid.from_points(np.zeros((3, 2)))
+    assert grid.next_index == 3
+    assert grid.covers(2048, 102_400)
+    # 20 ms are 204.8 samples at 10 240 Hz
+    assert grid.covers(204, 10_240)
+    assert not grid.covers(205, 10_240)
+    assert LoadGrid().covers(0, 10_240) is False
+
+
+def test_window_and_discard() -> None:
+    points = np.arange(10.0).reshape(5, 2)
+    grid = LoadGrid.from_points(points)
+    np.testing.assert_array_equal(grid.window(1, 3), points[1:4])
+    grid.discard_before(2)
+    grid.discard_before(1)
+    np.testing.assert_array_equal(grid.window(2, 4), points[2:])
+    assert grid.next_index == 5
+    with pytest.raises(RotorError, match='holds points 2 to 4, but points 1 to 3 are needed'):
+        grid.window(1, 3)
+    with pytest.raises(RotorError, match='points 3 to 5 are needed'):
+        grid.window(3, 5)
+    grid.append(5, 1.0, 2.0)
+    np.testing.assert_array_equal(grid.window(5, 5), [[1.0, 2.0]])
+
+
+@pytest.mark.parametrize('index', [0, 2, 7])
+def test_holes_and_repeats_are_refused(index: int) -> None:
+    grid = LoadGrid.from_points([[9.81, 0.0]])
+    with pytest.raises(RotorError, match=f'load point {index} cannot follow point 0'):
+        grid.append(index, 9.81, 0.0)
+    assert grid.next_index == 1
+
+
+@pytest.mark.parametrize(
+    ('y', 'z', 'sentence'),
+    [
+        (np.nan, 0.0, 'load_y = nan m/s^2 at load point 0 is out of range'),
+        (0.0, np.inf, 'load_z = inf m/s^2 at load point 0 is out of range'),
+        (-200.0, 0.0, 'load point 0 is out of range; allowed: -196.2 to 196.2 m/s^2'),
+    ],
+)
+def test_impossible_loads_are_refused(y: float, z: float, sentence: str) -> None:
+    grid = LoadGrid()
+    with pytest.raises(RotorError, match=re.escape(sentence)):
+        grid.append(0, y, z)
+    assert grid.next_index == 0
+
+
+def test_wrong_shape_is_refused() -> None:
+    with pytest.raises(RotorError, match=r'shape \(points, 2\), not \(4,\)'):
+        LoadGrid.from_points(np.zeros(4))
