@@ -1,9 +1,8 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/run and scripts/test set themselves up, repair what is broken and say what they refuse.
+"""scripts/run and scripts/test set themselves up once and repair what is broken.
 
-Most tests run the real scripts with a stand-in for Python, pip and uv that installs nothing but
-notes what it was asked to do; the slow ones make real environments with other Pythons.
+The real scripts run with stand-ins that note what they were asked to do.
 """
 
 import os
@@ -11,140 +10,21 @@ import re
 import shutil
 import signal
 import subprocess
-import textwrap
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
+from script_support import EVERYTHING, ROOT, Workplace, make_workplace
+
 SCRIPTS = ('run', 'test', 'lock', 'env', 'install_viewer_packages')
-
-# A Python of version 3.$minor. Asked by scripts/env whether it fits, it says so; `-m venv` makes a
-# folder with itself as python; `-m pip` brings `uv`, which is itself too and "installs" by
-# making the files that a real installation would make.
-PYTHON = r"""#!/bin/bash
-minor=${STAND_IN_MINOR:-MINOR}
-case "$*" in
-    "-I - "*)
-        [[ " $3 " == *" $minor "* ]] || exit 1
-        echo "$0" ;;
-    "-m venv "*)
-        echo "venv 3.$minor" >>"$STAND_IN_LOG"
-        mkdir -p "$3/bin" "$3/lib/python3.$minor/site-packages/numpy-1.dist-info"
-        cp "$0" "$3/bin/python" ;;
-    "-m pip install --no-deps --require-hashes -r "*uv.lock)
-        echo "pip $(grep -c ==  "${!#}") requirement" >>"$STAND_IN_LOG"
-        cp "$0" "${0%/*}/uv" ;;
-    *--require-hashes*)
-        echo "install dependencies with ${0##*/}" >>"$STAND_IN_LOG"
-        touch "$STAND_IN_LOG.busy"
-        sleep "${STAND_IN_SLEEP:-0}"
-        if [[ ${STAND_IN_FAILURE:-} == *"${0##*/}"* ]]; then echo 'no network'; exit 1; fi ;;
-    *--editable*)
-        echo "install packages with ${0##*/}" >>"$STAND_IN_LOG"
-        printf '#!/bin/bash\nenv\nprintf "<%%s>" "$@"\n' >"${0%/*}/rotor-rig"
-        chmod +x "${0%/*}/rotor-rig" ;;
-    *)
-        echo "python $*" ;;
-esac
-"""
-
-
-@dataclass
-class Workplace:
-    """A copy of what the scripts read, and a PATH with stand-ins first."""
-
-    root: Path
-    commands: Path
-    environment: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def venv(self) -> Path:
-        return self.root / '.venv'
-
-    @property
-    def log_file(self) -> Path:
-        return self.root / 'stand-in.log'
-
-    def add_command(self, name: str, text: str) -> None:
-        path = self.commands / name
-        path.write_text(textwrap.dedent(text))
-        path.chmod(0o755)
-
-    def add_python(self, minor: int, folder: Path | None = None, name: str = '') -> Path:
-        folder = folder or self.commands
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / (name or f'python3.{minor}')
-        path.write_text(PYTHON.replace('MINOR', str(minor)))
-        path.chmod(0o755)
-        return path
-
-    def full_environment(self, **changes: str) -> dict[str, str]:
-        return {
-            'PATH': f'{self.commands}:/usr/bin:/bin',
-            'HOME': str(self.root / 'home'),
-            'STAND_IN_LOG': str(self.log_file),
-            **self.environment,
-            **changes,
-        }
-
-    def start(self, *arguments: str, script: str = 'run', **changes: str) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            [self.root / 'scripts' / script, *arguments],
-            env=self.full_environment(**changes),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
-
-    def run(
-        self, *arguments: str, script: str = 'run', **changes: str
-    ) -> subprocess.CompletedProcess[str]:
-        process = self.start(*arguments, script=script, **changes)
-        out, err = process.communicate(timeout=60)
-        return subprocess.CompletedProcess(process.args, process.returncode, out, err)
-
-    def done_so_far(self) -> list[str]:
-        """What the stand-ins were asked to do since the last call."""
-        if not self.log_file.exists():
-            return []
-        lines = self.log_file.read_text().splitlines()
-        self.log_file.unlink()
-        return lines
-
-
-EVERYTHING = [
-    'venv 3.12',
-    'pip 1 requirement',
-    'install dependencies with uv',
-    'install packages with uv',
-]
 
 
 @pytest.fixture
 def workplace(tmp_path: Path) -> Workplace:
-    """A workplace whose path has a space in it, with Python 3.12 and nothing set up."""
-    root = tmp_path / 'the rig'
-    shutil.copytree(ROOT / 'scripts', root / 'scripts')
-    for path in (ROOT / 'ros_ws' / 'src').glob('*/setup.*'):
-        target = root / path.relative_to(ROOT)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, target)
-    (root / 'requirements.lock').write_text(
-        '# made\nnumpy==1 \\\n    --hash=sha256:0\nuv==2 \\\n    --hash=sha256:1\nzict==3\n'
-    )
-    commands = root / 'commands'
-    commands.mkdir()
-    place = Workplace(root, commands)
-    place.add_python(12)
-    for name in ('python3', 'python3.11', 'python3.13'):  # hide those of this machine
-        place.add_command(name, '#!/bin/sh\necho "$0: not found" >&2; exit 127\n')
-    return place
+    """A workplace with Python 3.12 and nothing set up."""
+    return make_workplace(tmp_path)
 
 
 @pytest.mark.parametrize('script', [*(f'scripts/{name}' for name in SCRIPTS), '.ci/run'])
@@ -158,7 +38,9 @@ def test_script_is_well_formed(script: str) -> None:
 def test_no_script_calls_sudo() -> None:
     for name in SCRIPTS:
         lines = (ROOT / 'scripts' / name).read_text().splitlines()
-        assert not [line for line in lines if 'sudo' in line and not line.lstrip().startswith('echo')]
+        assert not [
+            line for line in lines if 'sudo' in line and not line.lstrip().startswith('echo')
+        ]
 
 
 def test_first_start_sets_everything_up_and_the_second_nothing(workplace: Workplace) -> None:
@@ -377,84 +259,6 @@ def test_the_environment_may_be_elsewhere(workplace: Workplace) -> None:
     assert not workplace.venv.exists()
 
 
-@pytest.mark.parametrize(
-    ('system', 'machine', 'libc', 'accepted'),
-    [
-        ('Linux', 'x86_64', 'glibc 2.28', True),
-        ('Linux', 'x86_64', 'glibc 2.100', True),
-        ('Linux', 'x86_64', 'glibc 2.27', False),
-        ('Linux', 'x86_64', '', False),  # musl
-        ('Linux', 'aarch64', 'glibc 2.39', False),
-        ('Darwin', 'x86_64', '', False),
-    ],
-)
-def test_platform(
-    workplace: Workplace, system: str, machine: str, libc: str, accepted: bool
-) -> None:
-    workplace.add_command(
-        'uname', f'#!/bin/sh\n[ "$1" = -s ] && echo {system}\n[ "$1" = -m ] && echo {machine}\ntrue\n'
-    )
-    workplace.add_command('getconf', f'#!/bin/sh\n[ -n "{libc}" ] && echo {libc}\n')
-    done = workplace.run()
-    assert (done.returncode == 0) == accepted
-    if not accepted:
-        assert done.returncode == 1
-        assert re.fullmatch(r'This rig runs on Linux x86-64 with glibc 2\.28 .*\.\n', done.stderr)
-        assert workplace.done_so_far() == []
-
-
-def first_step(place: Workplace, **changes: str) -> str:
-    done = place.run(**changes)
-    assert done.returncode == 0, done.stderr
-    return place.done_so_far()[0]
-
-
-def test_python_3_12_is_preferred_then_3_13_then_3_11(workplace: Workplace) -> None:
-    workplace.add_python(11)
-    workplace.add_python(13)
-    assert first_step(workplace) == 'venv 3.12'
-    shutil.rmtree(workplace.venv)
-    (workplace.commands / 'python3.12').write_text('#!/bin/sh\nexit 127\n')  # as pyenv's shims
-    assert first_step(workplace) == 'venv 3.13'
-    shutil.rmtree(workplace.venv)
-    (workplace.commands / 'python3.13').unlink()
-    assert first_step(workplace) == 'venv 3.11'
-
-
-def test_a_mere_python3_will_do(workplace: Workplace) -> None:
-    (workplace.commands / 'python3.12').write_text('#!/bin/sh\nexit 127\n')
-    workplace.add_python(13, name='python3')
-    assert first_step(workplace) == 'venv 3.13'
-
-
-def test_python_is_found_in_pyenv(workplace: Workplace) -> None:
-    (workplace.commands / 'python3.12').write_text('#!/bin/sh\nexit 127\n')
-    folder = workplace.root / 'home' / '.pyenv' / 'versions' / '3.12.1' / 'bin'
-    workplace.add_python(12, folder, 'python3')
-    assert first_step(workplace) == 'venv 3.12'
-
-
-def test_the_user_may_name_a_python(workplace: Workplace, tmp_path: Path) -> None:
-    python = workplace.add_python(11, tmp_path / 'own')
-    assert first_step(workplace, ROTOR_RIG_PYTHON=str(python)) == 'venv 3.11'
-
-
-def test_no_python_is_one_sentence(workplace: Workplace) -> None:
-    (workplace.commands / 'python3.12').write_text('#!/bin/sh\nexit 127\n')
-    done = workplace.run()
-    assert done.returncode == 1
-    assert re.fullmatch(r'No usable Python was found: install 3\.12 .*\n', done.stderr)
-
-
-@pytest.mark.parametrize('minor', [10, 14])
-def test_a_python_of_another_version_is_refused(workplace: Workplace, minor: int) -> None:
-    python = workplace.add_python(minor)
-    done = workplace.run(ROTOR_RIG_PYTHON=str(python))
-    assert done.returncode == 1
-    assert re.fullmatch(r'ROTOR_RIG_PYTHON = .* is not usable: .*\n', done.stderr)
-    assert workplace.done_so_far() == []
-
-
 def add_apt(place: Workplace, *, user: int, installed: bool) -> None:
     status = 'installed' if installed else 'not-installed'
     place.add_command('dpkg-query', f'#!/bin/sh\necho {status}\n')
@@ -483,50 +287,3 @@ def test_viewer_packages_already_there(workplace: Workplace) -> None:
     add_apt(workplace, user=1000, installed=True)
     assert workplace.run(script='install_viewer_packages').returncode == 0
     assert workplace.done_so_far() == []
-
-
-def other_python(minor: int) -> str:
-    """Return an interpreter of this machine, or skip the test."""
-    interpreters = [f'python3.{minor}']
-    interpreters += map(str, Path('~/.pyenv/versions').expanduser().glob(f'3.{minor}.*/bin/python3'))
-    for interpreter in interpreters:
-        search = f'. scripts/env; usable_python "{interpreter}" {minor}'
-        done = subprocess.run(['bash', '-c', search], cwd=ROOT, capture_output=True, text=True)
-        if done.returncode == 0:
-            return done.stdout.strip()
-    pytest.skip(f'this machine has no Python 3.{minor}')
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('minor', [11, 13])
-def test_the_lock_installs_on_other_pythons(minor: int, tmp_path: Path) -> None:
-    """The real thing, in a new environment: the rig starts, ROS 2 works, nothing is missing."""
-    environment = {
-        **os.environ,
-        'ROTOR_RIG_PYTHON': other_python(minor),
-        'ROTOR_RIG_VENV': str(tmp_path / 'venv'),
-    }
-    check = """
-        import sys, numba, rclpy, rerun, scipy
-        from sensor_msgs.msg import PointCloud2
-        rclpy.init()
-        rclpy.create_node('probe').create_publisher(PointCloud2, 'probe', 1)
-        rclpy.shutdown()
-        print('Python 3.%d' % sys.version_info.minor)
-    """
-    commands = f"""
-        . scripts/env
-        set_up
-        python - <<'PYTHON'\n{textwrap.dedent(check)}\nPYTHON
-        rotor-rig scenario check climb_dive >&2
-        uv pip check --quiet
-        start=$SECONDS; scripts/run --help >/dev/null; echo $((SECONDS - start))
-    """
-    done = subprocess.run(
-        ['bash', '-c', commands], cwd=ROOT, env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    version, second_start_s = done.stdout.splitlines()
-    assert version == f'Python 3.{minor}'
-    # "a second start takes seconds"; the environment itself takes some tenths, the rest is Python
-    assert int(second_start_s) < 15

@@ -7,13 +7,13 @@ import tempfile
 from pathlib import Path
 
 import yaml
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, EmitEvent, OpaqueFunction, Shutdown
 from launch.events import matches_action
 from launch.events.process import SignalProcess
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from launch import LaunchContext, LaunchDescription
 from rotor_bringup.live import node_parameters
 from rotor_bringup.scenario import DEFAULT_SCENARIO, load_scenario
 

@@ -114,7 +114,7 @@ def run_live(
     with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
         os.environ.setdefault('ROS_LOG_DIR', logs)
         plans = _plans(composed=composed, view=view)
-        group = ProcessGroup(plans, _parameters(scenario, rate, folder), Path(logs))
+        group = ProcessGroup(plans, node_parameters(scenario, rate, folder), Path(logs))
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         try:
             watcher = RunWatcher(scenario, state)
@@ -155,7 +155,7 @@ def _plans(*, composed: bool, view: bool) -> list[ProcessPlan]:
     return plans
 
 
-def _parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, dict[str, Any]]:
+def node_parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, dict[str, Any]]:
     """Return the parameters of every node; see each node's declarations."""
     return {
         'rotor_sim': {

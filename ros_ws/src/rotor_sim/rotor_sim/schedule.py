@@ -72,10 +72,8 @@ class RampSchedule:
         while len(self._segments) > 1 and self._segments[-1].start >= start:
             self._segments.pop()
         change = ramp.target - value
-        if ramp.rate_per_s is None:
-            duration_s = ramp.duration_s
-        else:
-            duration_s = abs(change) / ramp.rate_per_s
+        rate = ramp.rate_per_s
+        duration_s = ramp.duration_s if rate is None else abs(change) / rate
         samples = math.ceil(duration_s * self._rate_hz - 1e-6)  # not one more for rounding
         if samples and change:
             self._segments.append(_Segment(start, value, change / samples, ramp.target))

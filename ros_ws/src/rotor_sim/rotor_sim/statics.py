@@ -110,7 +110,7 @@ def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> A
                 break
             step *= 0.5
         x = x + step
-    # a force almost, but not quite, along one ball: its neighbour is hardly touched, and slow to find
+    # a force almost along one ball: its neighbour is hardly touched, and slow to find
     if float(np.hypot(*residual(x))) <= _ACCEPTED * size:
         return np.asarray(x)
     raise IntegrationError(

@@ -85,7 +85,8 @@ def test_nothing_accelerates_at_equilibrium(lateral: float) -> None:
 def test_other_variants_balance_with_some_opening(variant: str) -> None:
     """f may jump across the balance; then the disk is held by some f between 0 and 1."""
     jumps = 0
-    for load_factor, clearance, crack, angle in CASES:
+    cases = CASES[::5]
+    for load_factor, clearance, crack, angle in cases:
         p = RotorParameters.hou2016(
             variant, crack_stiffness_ratio=crack, clearance_m=clearance, eccentricity_m=0.0
         )
@@ -97,7 +98,7 @@ def test_other_variants_balance_with_some_opening(variant: str) -> None:
         bend = 2.0 * np.hypot(*(state[:2] - state[2:4]))
         most = p.crack_scale * crack * p.shaft_stiffness_n_m * bend / p.disk_mass_kg
         assert np.abs(rest[:2]).max() <= most + 1e-6
-    assert jumps <= 0.1 * len(CASES)
+    assert jumps <= 0.1 * len(cases)
 
 
 def test_symmetric_load_reverses_the_displacement() -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A small made-up run as wire bytes, and processes and peers to record and replay it."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -94,10 +95,16 @@ def single(path: Path, blocks: int = 40) -> Path:
     return path
 
 
+_domains = itertools.count(os.getpid())
+
+
 def private_ros(log_folder: Path) -> dict[str, str]:
-    """Return the environment of a ROS domain that no other test process uses at this time."""
+    """Return the environment of a ROS domain of its own for each test.
+
+    Domains above 100 would use ports that Linux hands out to others.
+    """
     return {
-        'ROS_DOMAIN_ID': str(100 + os.getpid() % 100),
+        'ROS_DOMAIN_ID': str(20 + next(_domains) % 80),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }

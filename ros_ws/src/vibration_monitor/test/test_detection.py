@@ -5,7 +5,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibration_monitor import AlarmConfig, AlarmRule, AlarmState, Detector, Level
@@ -121,6 +121,7 @@ def n_of_m(draw: st.DrawFn) -> AlarmConfig:
     return config(draw(st.integers(1, out_of)), out_of, draw(st.floats(0.01, 1.0)))
 
 
+@settings(deadline=None)
 @given(n_of_m(), VALUES)
 def test_a_level_is_reached_only_by_n_of_the_last_m_windows(
     settings: AlarmConfig, values: list[float]
@@ -144,6 +145,7 @@ def test_a_level_is_reached_only_by_n_of_the_last_m_windows(
         before = level
 
 
+@settings(deadline=None)
 @given(n_of_m(), VALUES)
 def test_the_past_is_forgotten_after_m_quiet_windows(
     settings: AlarmConfig, values: list[float]
@@ -153,6 +155,7 @@ def test_the_past_is_forgotten_after_m_quiet_windows(
     assert levels(settings, [*values, *[NAN] * settings.out_of])[-1] is Level.STALE
 
 
+@settings(deadline=None)
 @given(st.integers(2, 5), st.lists(st.floats(0.0, 0.99), min_size=1, max_size=30), st.data())
 def test_a_single_spike_never_alarms(
     required: int, values: list[float], data: st.DataObject

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_interfaces.errors import ConfigError
@@ -60,6 +60,7 @@ def test_names_are_unique() -> None:
     assert len(set(names)) == len(names)
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.floats(-1e3, 1e3).map(lambda x: round(x, 3)), min_size=2, max_size=50).filter(
         lambda x: max(x) > min(x)

@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibration_monitor.errors import MonitorError
@@ -24,6 +24,7 @@ def test_points_are_the_next_power_of_two_within_bounds(samples: float, points: 
     assert points_per_revolution(np.arange(2000) / samples) == points
 
 
+@settings(deadline=None)
 @given(st.floats(70.0, 4000.0), st.floats(1.0, 10.0))
 def test_points_follow_the_slowest_and_orders_the_fastest_part(slow: float, ratio: float) -> None:
     steps = np.concatenate((np.full(100, 1 / slow), np.full(100, ratio / slow)))

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 from recording_support import EPOCH_NS, bag, block_bytes, made_up_run, single, write_all
@@ -23,6 +23,7 @@ LOG_TIMES = st.lists(st.tuples(st.integers(0, 50), st.booleans()), max_size=60)
 
 
 @given(log_times=LOG_TIMES)
+@settings(deadline=None, max_examples=50)
 def test_messages_come_by_log_time_and_equal_ones_in_file_order(
     tmp_path_factory: pytest.TempPathFactory, log_times: list[tuple[int, bool]]
 ) -> None:
@@ -37,6 +38,7 @@ def test_messages_come_by_log_time_and_equal_ones_in_file_order(
 
 
 @given(log_times=LOG_TIMES, start=st.integers(0, 60))
+@settings(deadline=None, max_examples=50)
 def test_a_start_time_leaves_out_what_is_before(
     tmp_path_factory: pytest.TempPathFactory, log_times: list[tuple[int, bool]], start: int
 ) -> None:
@@ -208,6 +210,7 @@ def test_a_waveform_that_is_not_cdr_is_refused(tmp_path: Path) -> None:
 
 
 @given(garbage=st.binary(max_size=200), cut=st.integers(0, 18000))
+@settings(deadline=None, max_examples=50)
 def test_a_block_that_cannot_be_decoded_is_told(
     tmp_path_factory: pytest.TempPathFactory, garbage: bytes, cut: int
 ) -> None:

@@ -32,6 +32,7 @@ def test_side_lobes_lie_below_92_db() -> None:
     assert 20 * math.log10(padded[4 * 64 :].max() / padded[0]) < -92.0
 
 
+@settings(deadline=None)
 @given(
     st.integers(4, REVOLUTIONS * POINTS // 2 - 4),
     st.floats(1e-9, 1e3),
@@ -51,6 +52,7 @@ def test_a_component_on_a_bin_is_exact(
     assert abs(component(signal, REVOLUTIONS, order) - expected) < tolerance
 
 
+@settings(deadline=None)
 @given(st.floats(0.3, 20.0), st.floats(-math.pi, math.pi))
 def test_a_component_between_bins_is_within_the_side_lobe_of_its_mirror(
     order: float, phase: float
@@ -61,7 +63,7 @@ def test_a_component_between_bins_is_within_the_side_lobe_of_its_mirror(
     assert abs(component(signal, REVOLUTIONS, order) - np.exp(1j * phase)) < 6e-5
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(1e-9, 1e6), st.floats(-1e3, 1e3))
 def test_parseval(seed: int, scale: float, mean: float) -> None:
     signal = mean + scale * np.random.default_rng(seed).standard_normal(COUNT)

@@ -43,6 +43,7 @@ class SampleIndexReader:
 
     def __init__(self) -> None:
         self._between = b''
+        self._length = -1  # none yet
         self._rows_at = 0
         self._count = 0
         self._sample_at = 0
@@ -54,11 +55,9 @@ class SampleIndexReader:
             WireError: not a waveform block with a `sample` column of whole numbers.
 
         """
-        if self._between and data[_STAMP_END : self._rows_at] == self._between:
-            try:
-                (first,) = struct.unpack_from('<d', data, self._sample_at)
-            except struct.error:
-                raise WireError('the block is cut') from None
+        is_known = len(data) == self._length and data[_STAMP_END : self._rows_at] == self._between
+        if is_known:
+            (first,) = struct.unpack_from('<d', data, self._sample_at)
             if first.is_integer():
                 return int(first), self._count
         return self._decode(data)
@@ -70,15 +69,28 @@ class SampleIndexReader:
         except UNDECODABLE as error:
             raise WireError(f'the bytes are not a PointCloud2 ({error})') from None
         first = block.first_sample
-        # PointCloud2 ends with its rows and one byte, is_dense
-        rows_at = len(data) - 1 - len(message.data)
         dtype, offset = dict(block.rows.dtype.fields or {})['sample'][:2]
-        if dtype == '<f8' and struct.unpack_from('<I', data, rows_at - 4)[0] == len(message.data):
+        rows_at = _rows_at(data, len(message.data))
+        if dtype == '<f8' and rows_at:
             self._between = data[_STAMP_END:rows_at]
+            self._length = len(data)
             self._rows_at = rows_at
             self._sample_at = rows_at + offset
             self._count = len(block.rows)
         return first, len(block.rows)
+
+
+def _rows_at(data: bytes, row_bytes: int) -> int:
+    """Return where the rows of a PointCloud2 begin, 0 if that is not certain.
+
+    The message ends with the rows, one byte (is_dense), and up to 3 bytes with which DDS fills
+    the last 4; the length of the rows stands before them.
+    """
+    for filled in range(4):
+        rows_at = len(data) - filled - 1 - row_bytes
+        if struct.unpack_from('<I', data, rows_at - 4)[0] == row_bytes:
+            return rows_at
+    return 0
 
 
 class RecordingStream:

@@ -18,7 +18,7 @@ from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.topics import Topic
-from vibration_monitor.view import style, viewer
+from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.viewer import Viewer, ViewError
@@ -46,7 +46,7 @@ class ViewerNode(Node):  # type: ignore[misc]
         self._second = 0
         self._blocks = 0
         self._runs = 0
-        self._view = RigView(self._new_stream)
+        self._view = RigView(self._connect)
         for topic in SHOWN_TOPICS:
             ros.subscription(
                 self,
@@ -54,18 +54,16 @@ class ViewerNode(Node):  # type: ignore[misc]
                 functools.partial(self._on_message, topic),
             )
 
-    def _new_stream(self) -> rr.RecordingStream:
-        """Return the stream of another run: in the same window, or in a file of its own."""
+    def _connect(self, stream: rr.RecordingStream) -> None:
+        """Connect the stream of another run to the window, or to a file of its own."""
         self._runs += 1
-        stream = rr.RecordingStream(style.APPLICATION_ID)
         if self._viewer is not None:
             stream.connect_grpc(self._viewer.url, default_blueprint=blueprint())
-        else:
-            file = Path(self._file)
-            if self._runs > 1:
-                file = file.with_stem(f'{file.stem}_{self._runs}')
-            stream.save(file, default_blueprint=blueprint())
-        return stream
+            return
+        file = Path(self._file)
+        if self._runs > 1:
+            file = file.with_stem(f'{file.stem}_{self._runs}')
+        stream.save(file, default_blueprint=blueprint())
 
     def _on_message(self, topic: Topic, message: Any) -> None:
         if not self.is_done() and (topic != topics.WAVEFORM or self._has_time()):

@@ -10,7 +10,7 @@ import rerun as rr
 
 from rotor_interfaces import messages, topics
 from vibration_monitor.reading import UNDECODABLE, Recording
-from vibration_monitor.view import style, viewer
+from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import Page
@@ -77,14 +77,13 @@ def convert(recording: Recording, file: Path) -> list[str]:
         )
     streams: list[rr.RecordingStream] = []
 
-    def new_stream() -> rr.RecordingStream:
+    def connect(stream: rr.RecordingStream) -> None:
         if streams:
             raise _SecondRunError
-        streams.append(rr.RecordingStream(style.APPLICATION_ID))
-        streams[0].save(file, default_blueprint=blueprint())
-        return streams[0]
+        streams.append(stream)
+        stream.save(file, default_blueprint=blueprint())
 
-    view = RigView(new_stream, batch_s=BATCH_S)
+    view = RigView(connect, batch_s=BATCH_S)
     missing = [
         topic.name
         for topic in SHOWN_TOPICS

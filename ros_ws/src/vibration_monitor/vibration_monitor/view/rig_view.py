@@ -6,6 +6,7 @@ import heapq
 import io
 import itertools
 import json
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -28,6 +29,9 @@ from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectro
 FRAME_S = 0.1
 """Orbit and load arrow are drawn this often in flight time."""
 
+LIVE_BATCH_S = 0.25
+"""A viewer takes few messages a frame: many small ones leave a slow machine ever further behind."""
+
 CURVES_EVERY_S = 0.5
 """Slow numbers are collected this long, in flight time."""
 
@@ -37,6 +41,7 @@ MAX_WAITING = 8192
 
 STANDARD_GRAVITY_M_S2 = 9.81
 _MICRO = 1e6
+_INDICATOR_KINDS = ('amplitude', 'phase', 'ratio')
 
 SHOWN_TOPICS = (
     topics.MANEUVER_LOAD,
@@ -59,13 +64,13 @@ class RigView:
     published with a lead) wait for it, so that a viewer that follows the newest time always
     has a waveform to show. Waveforms are sent in batches of `batch_s` (s of flight): short ones
     keep a live view fresh, long ones make files that open fast. When the sample index jumps
-    back, a new run has begun: the view asks `new_stream` for another recording.
+    back, a new run has begun: another recording, for which `connect` is called again.
     """
 
     def __init__(
-        self, new_stream: Callable[[], rr.RecordingStream], *, batch_s: float = FRAME_S
+        self, connect: Callable[[rr.RecordingStream], None], *, batch_s: float = LIVE_BATCH_S
     ) -> None:
-        self._new_stream = new_stream
+        self._connect = connect
         self._batch_s = batch_s
         self._geometry = scene.Geometry()
         self._order = itertools.count()
@@ -80,7 +85,12 @@ class RigView:
 
     def _begin(self) -> None:
         """Start a recording; what waits for the waveform now waits for the new run's."""
-        self._stream = self._new_stream()
+        self._stream = rr.RecordingStream(
+            style.APPLICATION_ID,
+            recording_id=uuid.uuid4().hex,  # else all streams of a process are one recording
+            batcher_config=rr.ChunkBatcherConfig(flush_tick=LIVE_BATCH_S),
+        )
+        self._connect(self._stream)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
         self._curves = Curves(self._stream)
@@ -266,25 +276,29 @@ class RigView:
         self._curves.add(style.LOAD, offset_ns, ['n', 'lateral'], values)
 
     def _on_truth(self, offset_ns: int, message: Any) -> None:
-        for name, value in zip(message.name, message.position, strict=True):
-            path = f'{style.TRUTH}/{name}'
-            self._curves.add(path, offset_ns, [name], [value])
-            if path == style.CRACK_TRUTH and value != self._crack_ratio:
-                self._crack_ratio = float(value)
-                scene.log_crack(self._stream, self._geometry, self._crack_ratio)
+        truth = dict(zip(message.name, message.position, strict=True))
+        ratio = truth.pop(style.CRACK_NAME, None)
+        if truth:
+            self._curves.add(style.TRUTH, offset_ns, [*truth], [*truth.values()])
+        if ratio is None:
+            return
+        self._curves.add(style.CRACK_TRUTH, offset_ns, [style.CRACK_NAME], [ratio])
+        if ratio != self._crack_ratio:
+            self._crack_ratio = float(ratio)
+            scene.log_crack(self._stream, self._geometry, self._crack_ratio)
 
     def _on_indicators(self, offset_ns: int, message: Any) -> None:
         """Log indicators by channel and kind: `disk_z/ratio_3_1` goes to disk_z/ratio."""
-        groups: dict[str, tuple[list[str], list[float]]] = {}
+        groups: dict[str, dict[str, float]] = {}
         for name, value in zip(message.name, message.position, strict=True):
             channel, _, indicator = name.rpartition('/')
-            kind = indicator.split('_')[0] if indicator[-1:].isdigit() else indicator
+            kind = indicator.split('_')[0]
+            if kind not in _INDICATOR_KINDS or not indicator[-1].isdigit():
+                kind = 'other'
             path = '/'.join(part for part in (style.INDICATORS, channel, kind) if part)
-            names, values = groups.setdefault(path, ([], []))
-            names.append(indicator)
-            values.append(value)
-        for path, (names, values) in groups.items():
-            self._curves.add(path, offset_ns, names, values)
+            groups.setdefault(path, {})[indicator] = value
+        for path, values in groups.items():
+            self._curves.add(path, offset_ns, [*values], [*values.values()])
 
     def _on_spectrum(self, offset_ns: int, table: WaveformBlock) -> None:
         if not {'order', style.MAIN_CHANNEL} <= set(table.columns):

@@ -44,7 +44,9 @@ class Series:
 LOAD = 'load/manoeuvre'
 LOAD_SENSOR = 'load/airframe_sensor'
 SPEED = 'shaft/speed'
-TRUTH = 'truth'
+TRUTH = 'truth/others'
+CRACK_NAME = 'crack_stiffness_ratio'
+CRACK_TRUTH = f'truth/{CRACK_NAME}'
 WAVEFORM = 'waveform'
 DISPLACEMENT = f'{WAVEFORM}/disk'
 ACCELERATION = f'{WAVEFORM}/brg1_acceleration'
@@ -56,7 +58,6 @@ ALARM_LEVEL = 'alarm'
 LOG = 'log'
 ORBIT = 'orbit'
 RIG = 'rig'
-CRACK_TRUTH = f'{TRUTH}/crack_stiffness_ratio'
 
 SERIES: dict[str, tuple[Series, ...]] = {
     LOAD: (

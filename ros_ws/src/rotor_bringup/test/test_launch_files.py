@@ -20,7 +20,7 @@ import yaml
 from rotor_bringup.scenario import DEFAULT_SCENARIO
 from rotor_interfaces.errors import RigError
 
-SOURCES = Path(__file__).resolve().parent.parent / 'ros_ws' / 'src'
+SOURCES = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted(SOURCES.glob('*/launch/*.launch.py'))
 NODE_MODULES = {
     'maneuver_gen': 'maneuver_gen/maneuver_gen/node.py',
