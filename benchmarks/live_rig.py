@@ -30,7 +30,7 @@ def run(*options: str) -> tuple[dict[str, Any], Recording]:
     """Run the scenario live; return its summary and its recording."""
     folder = tempfile.mkdtemp(prefix='rotor-rig-benchmark-')
     done = subprocess.run(
-        [sys.executable, '-m', 'rotor_bringup.cli', 'run', SCENARIO, '--record', folder, '--json']
+        [sys.executable, '-m', 'rotor_bringup', 'run', SCENARIO, '--record', folder, '--json']
         + list(options),
         capture_output=True,
         text=True,

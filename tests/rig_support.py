@@ -15,15 +15,15 @@ from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic
 from vibration_monitor.reading import Recording
 
-CLI = [sys.executable, '-m', 'rotor_bringup.cli']
-_domains = itertools.count(os.getpid() % 150)
+CLI = [sys.executable, '-m', 'rotor_bringup']
+_domains = itertools.count(os.getpid())
 
 
 def private_environment(log_folder: Path) -> dict[str, str]:
     """Return an environment with a ROS domain of its own, on loopback."""
     return {
         **os.environ,
-        'ROS_DOMAIN_ID': str(20 + next(_domains) % 200),
+        'ROS_DOMAIN_ID': str(1 + next(_domains) % 100),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }

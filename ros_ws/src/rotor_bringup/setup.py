@@ -53,7 +53,7 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            'rotor-rig = rotor_bringup.cli:main',
+            'rotor-rig = rotor_bringup.__main__:main',
         ],
     },
     zip_safe=False,

@@ -26,7 +26,7 @@ setup(
     ],
     install_requires=[
         'lz4>=4.3',
-        'mcap>=1.2',
+        'mcap>=1.5',
         'numpy>=2.0',
         'pillow>=11.0',
         'pydantic>=2.9',

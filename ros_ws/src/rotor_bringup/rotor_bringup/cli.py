@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `rotor-rig` command line. Results also as --json; exit codes in `ExitCode`."""
 
-import enum
 import json
 import math
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +16,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from rotor_bringup.errors import ProcessError
+from rotor_bringup.exit_code import ExitCode
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -27,16 +26,6 @@ from rotor_bringup.scenario import (
 from rotor_interfaces.errors import ConfigError, RigError
 
 console = Console(stderr=True)
-
-
-class ExitCode(enum.IntEnum):
-    """What the exit code of every command means."""
-
-    DONE = 0
-    CHECK_FAILED = 1
-    BAD_INPUT = 2
-    PROCESS_FAILED = 3
-    INTERRUPTED = 130
 
 
 class _Group(TyperGroup):
@@ -49,8 +38,6 @@ class _Group(TyperGroup):
             _fail(str(error), ExitCode.PROCESS_FAILED)
         except RigError as error:
             _fail(str(error), ExitCode.BAD_INPUT)
-        except KeyboardInterrupt:
-            _fail('interrupted', ExitCode.INTERRUPTED)
 
 
 app = typer.Typer(
@@ -287,12 +274,3 @@ def _without_nan(value: Any) -> Any:
 def _fail(sentence: str, code: ExitCode) -> None:
     console.print(f'error: {sentence}', style='red', soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(code)
-
-
-def main() -> None:
-    """Run the command line."""
-    sys.exit(app(prog_name='rotor-rig'))
-
-
-if __name__ == '__main__':
-    main()

@@ -20,7 +20,7 @@ def create() -> list[RigNode]:
 
 def main(args: list[str] | None = None) -> int:
     """Run all nodes until the simulator is done or a signal comes; return the exit code."""
-    return ros.run(create, args)
+    return ros.run(create, args, has_end=True)
 
 
 if __name__ == '__main__':

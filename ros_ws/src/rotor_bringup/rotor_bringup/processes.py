@@ -18,6 +18,7 @@ from typing import Any
 import yaml
 
 from rotor_bringup.errors import ProcessError
+from rotor_interfaces.ros import EXIT_INTERRUPTED
 
 STOP_TIMEOUT_S = 10.0
 _PR_SET_PDEATHSIG = 1
@@ -100,7 +101,7 @@ class ProcessGroup:
                 process.wait()
                 complaints.append(f'{plan.name} did not end in {STOP_TIMEOUT_S:g} s: killed')
                 continue
-            if code:
+            if code not in (0, EXIT_INTERRUPTED):
                 complaints.append(f'{plan.name} {_ending(code)}{self._last_words(plan.name)}')
         return complaints
 
@@ -115,7 +116,7 @@ class ProcessGroup:
 def _ending(code: int) -> str:
     if code < 0:
         return f'was ended by {signal.Signals(-code).name}'
-    return f'ended with exit code {code}'
+    return 'was interrupted' if code == EXIT_INTERRUPTED else f'ended with exit code {code}'
 
 
 def _die_with_parent() -> None:

@@ -36,6 +36,7 @@ IDLE_S = 0.1
 
 EXIT_BAD_INPUT = 2
 EXIT_FAILED = 3
+EXIT_INTERRUPTED = 130
 
 Model = TypeVar('Model', bound=ConfigModel)
 
@@ -205,11 +206,17 @@ def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> Non
     node.add_on_set_parameters_callback(on_set)
 
 
-def run(create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None = None) -> int:
+def run(
+    create: Callable[[], Sequence[RigNode]],
+    arguments: Sequence[str] | None = None,
+    *,
+    has_end: bool = False,
+) -> int:
     """Create nodes, run them until one is done or a signal comes, and return the exit code.
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
-    finishes in order. A RigError is one sentence on standard error.
+    finishes in order. Where the run `has_end`, ending it early is EXIT_INTERRUPTED. A RigError is
+    one sentence on standard error.
     """
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     signals: list[int] = []
@@ -225,12 +232,9 @@ def run(create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None
             executor.add_node(cast(Node, node))
         while not signals and not any(node.is_done() for node in nodes):
             executor.spin_once(IDLE_S)
-        for node in nodes:
-            for own_timer in cast(Node, node).timers:
-                own_timer.cancel()
-        spin_until_quiet(executor)
-        for node in nodes:
-            node.finish()
+        _finish(executor, nodes)
+        if has_end and not any(node.is_done() for node in nodes):
+            code = EXIT_INTERRUPTED
     except ConfigError as error:
         sys.stderr.write(f'error: {error}\n')
         code = EXIT_BAD_INPUT
@@ -242,6 +246,16 @@ def run(create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None
             node.destroy_node()
         rclpy.try_shutdown()
     return code
+
+
+def _finish(executor: EventsExecutor, nodes: Sequence[RigNode]) -> None:
+    """Handle what has arrived, then let every node finish; nothing new begins."""
+    for node in nodes:
+        for own_timer in cast(Node, node).timers:
+            own_timer.cancel()
+    spin_until_quiet(executor)
+    for node in nodes:
+        node.finish()
 
 
 def spin_until_quiet(executor: EventsExecutor, limit_s: float = 5.0) -> None:

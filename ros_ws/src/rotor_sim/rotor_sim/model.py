@@ -117,10 +117,16 @@ def contact_force(
     as long as no ball is pressed by more than the clearance.
     """
     balls = ball_angles(parameters, cage_angle_rad)
-    direction = np.stack([np.cos(balls), np.sin(balls)])
-    pressed = np.asarray(displacement, np.float64) @ direction - parameters.clearance_m
+    c, s = np.cos(balls), np.sin(balls)
+    pressed = _pressed(displacement, c, s, parameters.clearance_m)
     load = parameters.contact_stiffness_n_m15 * np.maximum(pressed, 0.0) ** 1.5
-    return np.asarray(-load @ direction.T)
+    return np.stack([-(load * c).sum(axis=-1), -(load * s).sum(axis=-1)], axis=-1)
+
+
+def _pressed(displacement: ArrayLike, c: Array, s: Array, clearance_m: float) -> Array:
+    # plain sums, no matrix product: BLAS may round differently from call to call
+    yz = np.asarray(displacement, np.float64)
+    return np.asarray(yz[..., :1] * c + yz[..., 1:] * s - clearance_m)
 
 
 def acceleration(parameters: RotorParameters, state: ArrayLike, drive: Drive) -> Array:
@@ -200,7 +206,7 @@ def energy(parameters: RotorParameters, state: ArrayLike, drive: Drive) -> Array
     load = p.load_scale * np.array([drive.load_y_m_s2, drive.load_z_m_s2])
     cage = drive.cage_angle_rad
     balls = ball_angles(p, p.cage_ratio * drive.angle_rad if cage is None else cage)
-    pressed = x[..., 1:, :] @ np.stack([np.cos(balls), np.sin(balls)]) - p.clearance_m
+    pressed = _pressed(x[..., 1:, :], np.cos(balls), np.sin(balls), p.clearance_m)
     hertz = 0.4 * p.contact_stiffness_n_m15 * np.maximum(pressed, 0.0) ** 2.5
     bend = x[..., :1, :] - x[..., 1:, :]
     total = (0.5 * mass * v**2 - mass * load * x).sum(axis=(-2, -1))

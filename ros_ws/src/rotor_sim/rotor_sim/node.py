@@ -184,17 +184,18 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def _wait_for_consumers(self) -> None:
         """Report ready once everybody who must hear time 0 has reported and matched."""
-        if self.count_publishers(topics.WAVEFORM.name) > 1:
-            raise CosimulationError(
-                'another source publishes rotor/waveform in this ROS domain; end it or choose '
-                'another ROS_DOMAIN_ID'
-            )
         missing = [f'no report from {n}' for n in self._consumers if n not in self._consumed_ns]
         missing += [
             f'nobody listens to {topic.name}'
             for topic, publisher in self._publishers_of.items()
             if publisher.get_subscription_count() < self._expected_subscribers(topic)
         ]
+        if self.count_publishers(topics.WAVEFORM.name) > 1:
+            # a killed rig is remembered by DDS for a while, so this too is waited for
+            missing.append(
+                'another source publishes rotor/waveform in this ROS domain (end it or choose '
+                'another ROS_DOMAIN_ID)'
+            )
         if not missing:
             self._progress.report(0)
             self._enter(self._wait_for_load)
@@ -328,7 +329,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until the run is over or a signal comes; return the exit code."""
-    return ros.run(lambda: [RotorSimNode()], args)
+    return ros.run(lambda: [RotorSimNode()], args, has_end=True)
 
 
 if __name__ == '__main__':

@@ -11,9 +11,9 @@ from rotor_sim.parameters import RotorParameters
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 100
+_ITERATIONS = 40
 _ACCEPTED = 1e-6
-_HALVINGS = 60
+_HALVINGS = 30
 
 
 def static_equilibrium(
@@ -40,6 +40,11 @@ def static_equilibrium(
     load = p.load_scale * np.array(load_m_s2, np.float64)
     if not load.any():
         return np.zeros(12)
+    if p.contact_stiffness_n_m15 == 0.0:
+        raise IntegrationError(
+            f'no equilibrium under a load of ({load[0]:g}, {load[1]:g}) m/s^2: '
+            'contact_stiffness_n_m15 = 0 lets the shaft fall; raise it or take the load away'
+        )
     ratio = p.crack_stiffness_ratio if crack_stiffness_ratio is None else crack_stiffness_ratio
     cage = p.cage_ratio * angle_rad if cage_angle_rad is None else cage_angle_rad
     lost = ratio * p.shaft_stiffness_n_m
@@ -48,7 +53,8 @@ def static_equilibrium(
         at_disk = stiffness(p, opening, angle_rad, p.crack_scale * lost)
         bend = np.linalg.solve(at_disk, 0.5 * p.disk_mass_kg * load)
         at_bearing = stiffness(p, opening, angle_rad, p.bearing_crack_scale * lost)
-        journal = _seat(p, at_bearing @ bend + p.bearing_mass_kg * load, cage)
+        pull = (at_bearing * bend).sum(axis=-1) + p.bearing_mass_kg * load
+        journal = _seat(p, pull, cage)
         return journal + bend, journal
 
     def excess(opening: float) -> float:
@@ -71,35 +77,32 @@ def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> A
     """
     p = parameters
     size = float(np.hypot(*force))
-    if size == 0.0:
-        return np.zeros(2)
-    if p.contact_stiffness_n_m15 == 0.0:
-        raise IntegrationError(
-            f'no equilibrium under {size:g} N: contact_stiffness_n_m15 = 0 lets the shaft fall; '
-            'raise it or take the load away'
-        )
     balls = ball_angles(p, cage_angle_rad)
-    direction = np.stack([np.cos(balls), np.sin(balls)])
+    c, s = np.cos(balls), np.sin(balls)
     reach = (size / p.contact_stiffness_n_m15) ** (2.0 / 3.0)
     x = force / size * (p.clearance_m + reach)
     limit = p.clearance_m + reach
     # a clearance far wider than the contact's press leaves fewer digits to the press
     tolerance = size * (1e-12 + 2e-15 * p.clearance_m / reach)
 
+    def pressed(point: Array) -> Array:
+        return np.asarray(np.maximum(point[0] * c + point[1] * s - p.clearance_m, 0.0))
+
     def residual(point: Array) -> Array:
         return np.asarray(contact_force(p, point, cage_angle_rad) + force)
 
     def potential(point: Array) -> float:
-        pressed = np.maximum(point @ direction - p.clearance_m, 0.0)
-        return float(0.4 * p.contact_stiffness_n_m15 * np.sum(pressed**2.5) - force @ point)
+        hertz = 0.4 * p.contact_stiffness_n_m15 * np.sum(pressed(point) ** 2.5)
+        return float(hertz - force[0] * point[0] - force[1] * point[1])
 
     for _ in range(_ITERATIONS):
         missing = residual(x)
         norm = float(np.hypot(*missing))
         if norm <= tolerance:
-            return np.asarray(x)
-        pressed = np.sqrt(np.maximum(x @ direction - p.clearance_m, 0.0))
-        curvature = 1.5 * p.contact_stiffness_n_m15 * (direction * pressed) @ direction.T
+            break
+        slope = 1.5 * p.contact_stiffness_n_m15 * np.sqrt(pressed(x))
+        cross = np.sum(slope * c * s)
+        curvature = np.array([[np.sum(slope * c * c), cross], [cross, np.sum(slope * s * s)]])
         # with one ball pressed there is none sideways; this part fades with the residual
         curvature += 0.01 * norm / limit * np.eye(2)
         step: Array = np.linalg.solve(curvature, missing)
@@ -111,9 +114,9 @@ def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> A
             step *= 0.5
         x = x + step
     # a force almost along one ball: its neighbour is hardly touched, and slow to find
-    if float(np.hypot(*residual(x))) <= _ACCEPTED * size:
-        return np.asarray(x)
-    raise IntegrationError(
-        f'no static equilibrium found under a load of {size:g} N on a bearing with clearance_m = '
-        f'{p.clearance_m:g} m; start from a larger load or without clearance'
-    )
+    if not float(np.hypot(*residual(x))) <= _ACCEPTED * size:
+        raise IntegrationError(
+            f'no static equilibrium found under a load of {size:g} N on a bearing with '
+            f'clearance_m = {p.clearance_m:g} m; start from a larger load or without clearance'
+        )
+    return np.asarray(x)

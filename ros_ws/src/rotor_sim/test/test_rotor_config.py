@@ -193,6 +193,8 @@ def test_parameters_are_frozen_and_variants_are_data() -> None:
         named = RotorParameters.hou2016(variant)
         assert named.variant == variant
         assert {name: getattr(named, name) for name in data} == data
+    assert RotorParameters.hou2016('natural').bearing_crack_scale == pytest.approx(4.0 / 32.1)
+    assert RotorParameters.hou2016('figure').bearing_crack_scale == 2.0
     mixed = RotorParameters(variant='custom', load_scale=2.0, coupling_sign=1)
     assert mixed.load_scale == 2.0
 

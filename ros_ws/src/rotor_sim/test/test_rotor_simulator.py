@@ -196,17 +196,18 @@ def test_imu_reads_minus_gravity_on_average(constant_grid: ConstantGrid) -> None
         assert [s.index for s in samples] == list(range(samples[0].index, samples[-1].index + 1))
 
 
-def test_settled_start_is_close_to_the_stationary_response(constant_grid: ConstantGrid) -> None:
-    """200 revolutions from the equilibrium reach the 3x response of the reference table.
+def test_settled_start_is_the_stationary_response(constant_grid: ConstantGrid) -> None:
+    """The first 20 published revolutions have the 3x response of the reference table already.
 
-    2.872 length scales at 352 rad/s, G = 3, K = 0.1; 2 % for the finer step and the finite time.
+    2.872 length scales at 352 rad/s, G = 3, K = 0.1; 3 % for the finer step and for the ball-pass
+    order 3.0846, which 20 revolutions do not part from 3. An unsettled start is 15 % low.
     """
     simulator = RotorSimulator(RotorSimConfig())
-    rows = simulator.advance(20_480, constant_grid(3.0, 2.0)).truth_rows
-    window = np.blackman(len(rows))
-    line = np.exp(-3j * rows['angle']) * window
-    amplitude = 2.0 * abs((rows['disk_z'] * line).sum()) / window.sum()
-    assert amplitude / simulator.parameters.length_scale_m == pytest.approx(2.872, rel=0.02)
+    rows = simulator.advance(10_240, constant_grid(3.0, 1.0)).truth_rows
+    rows = rows[rows['angle'] < 20 * 2 * math.pi]
+    line = np.exp(-3j * rows['angle'])
+    amplitude = 2.0 * abs((rows['disk_z'] * line).mean())
+    assert amplitude / simulator.parameters.length_scale_m == pytest.approx(2.872, rel=0.03)
 
 
 def test_load_grid_must_reach_the_end_of_the_block() -> None:

@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
@@ -68,7 +69,9 @@ def made_up_run(blocks: int) -> Iterator[Wire]:
         imu = messages.imu(OFFLINE, stamp, 'bearing_1', (0.0, 1.0, 2.0), 0.1)
         yield Wire(topics.BEARING_1_IMU, stamp, to_cdr(imu))
         yield Wire(topics.CLOCK, stamp, to_cdr(messages.clock(OFFLINE, stamp)))
-        alarm = messages.diagnostics(OFFLINE, stamp, 'monitor: crack', level=1, text='odd', values={'ratio [1]': 2})
+        alarm = messages.diagnostics(
+            OFFLINE, stamp, 'monitor: crack', level=1, text='odd', values={'ratio [1]': 2}
+        )
         yield Wire(topics.ALARM, stamp, to_cdr(alarm))
         spectrum = np.zeros(4, [('order', '<f4'), ('frequency', '<f4')])
         table = encode(WaveformBlock(stamp, spectrum), OFFLINE)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from monitor_signals import (
     BALL_PASS,
+    EPOCH_NS,
     RATE_HZ,
     blocks,
     ramp_angle,
@@ -21,6 +22,7 @@ from monitor_signals import (
     steady_angle,
     table,
 )
+from rotor_interfaces.messages import sample_stamp_ns
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor import (
     AlarmConfig,
@@ -74,6 +76,17 @@ def test_blocks_of_one_sample_are_placed_in_time_by_their_stamps() -> None:
     expected = run(VibrationMonitor(), blocks(rows, 256))
     assert len(expected) == 1
     assert same(run(VibrationMonitor(), blocks(rows, 1)), expected)
+
+
+@pytest.mark.parametrize('size', [1, 2, 3, 7, 256])
+@pytest.mark.parametrize('rate_hz', [1000, 10007, 12345, 44100, 65537, 131072, 200000])
+def test_any_whole_rate_is_found_whatever_the_blocks(rate_hz: int, size: int) -> None:
+    angle = steady_angle(2048 / rate_hz, 0.01 * rate_hz, rate_hz)
+    clock = VibrationMonitor()._clock
+    for block in blocks(table(angle, {}), size, rate_hz):
+        clock.take(block.first_sample, block.stamp_ns, block.rows['time'])
+    assert clock.rate_hz() == rate_hz
+    assert clock.stamp_ns(1_000_003) == sample_stamp_ns(EPOCH_NS, 1_000_003, rate_hz)
 
 
 def test_two_monitors_agree_and_a_recorded_block_is_not_changed() -> None:

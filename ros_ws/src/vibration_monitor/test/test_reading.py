@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
+
 from recording_support import EPOCH_NS, bag, block_bytes, made_up_run, single, write_all
 from rotor_interfaces import topics
 from rotor_interfaces.messages import typestore
@@ -142,7 +143,10 @@ def test_one_broken_file_does_not_hide_the_others(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('make', 'sentence'),
     [
-        (lambda path: None, r'cannot be read \(No such file or directory\)'),
+        (
+            lambda path: path.with_name('other').touch(),
+            r'cannot be read \(No such file or directory\)',
+        ),
         (lambda path: path.mkdir(), r'holds no \.mcap file'),
         (lambda path: path.write_bytes(b''), 'is empty; give a .mcap file or the folder of a bag'),
         (lambda path: path.write_text('speed: 352'), 'is not an MCAP file'),

@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema
 from mcap.writer import MCAP0_MAGIC
+
 from recording_support import EPOCH_NS, made_up_run, stamp_of, write_all
 from rotor_interfaces import topics
 from vibration_monitor.errors import RecordingError
-from vibration_monitor.reading import Recording, RecordedMessage
+from vibration_monitor.reading import RecordedMessage, Recording
 from vibration_monitor.recording import RecordingWriter
 
 CONFIG = {'scenario': {'crack_stiffness_ratio': 0.1}}
@@ -52,7 +53,9 @@ def read_all(path: Path) -> tuple[list[RecordedMessage], list[str]]:
 
 
 @given(cut=st.floats(0.0, 1.0))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100, deadline=None)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100, deadline=None
+)
 def test_a_cut_file_gives_a_beginning_of_the_run(whole: Path, tmp_path: Path, cut: float) -> None:
     content = whole.read_bytes()
     kept = int(cut * len(content))
@@ -66,7 +69,9 @@ def test_a_cut_file_gives_a_beginning_of_the_run(whole: Path, tmp_path: Path, cu
 
 
 @given(place=st.floats(0.0, 1.0, exclude_max=True), flip=st.integers(1, 255))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None
+)
 def test_a_flipped_byte_never_alters_and_never_hides(
     whole: Path, tmp_path: Path, place: float, flip: int
 ) -> None:
@@ -175,7 +180,9 @@ def test_a_killed_recording_whose_definitions_are_lost_says_so(whole: Path, tmp_
 
 
 def test_a_flipped_configuration_is_not_believed(whole: Path, tmp_path: Path) -> None:
-    content = whole.read_bytes().replace(b'"crack_stiffness_ratio": 0.1', b'"crack_stiffness_ratio": 0.4')
+    content = whole.read_bytes().replace(
+        b'"crack_stiffness_ratio": 0.1', b'"crack_stiffness_ratio": 0.4'
+    )
     path = tmp_path / 'flipped.mcap'
     path.write_bytes(content)
     recording = Recording(path)
@@ -198,7 +205,8 @@ def hostile(path: Path, compression: str, packed: bytes, claimed: int) -> Path:
     Chunk(compression, packed, EPOCH_NS, EPOCH_NS, 0, claimed).write(builder)
     DataEnd(0).write(builder)
     Footer(0, 0, 0).write(builder)
-    path.write_bytes(MCAP0_MAGIC + builder.end() + MCAP0_MAGIC)
+    content: bytes = builder.end()  # type: ignore[no-untyped-call]
+    path.write_bytes(MCAP0_MAGIC + content + MCAP0_MAGIC)
     return path
 
 
@@ -225,7 +233,7 @@ def test_a_small_chunk_that_unpacks_to_much_is_left_out(
         size = 2**28 if compression == 'zstd' else -1
         stream = zstandard.ZstdCompressor().compressobj(size=size)
         packed = b''.join(stream.compress(piece) for _ in range(256)) + stream.flush()
-    path = hostile(tmp_path / 'bomb.mcap', compression.split()[0], packed, claimed)
+    path = hostile(tmp_path / 'bomb.mcap', compression.split(maxsplit=1)[0], packed, claimed)
     reader = (
         'import resource, sys\n'
         'from vibration_monitor.reading import Recording\n'

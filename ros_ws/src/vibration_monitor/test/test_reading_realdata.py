@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 
 import pytest
+
 from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Recording
 

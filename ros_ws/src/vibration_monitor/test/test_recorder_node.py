@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rosbags.rosbag2 import Reader
+
 from recording_support import (
     CONFIG_TEXT,
     Peer,
@@ -24,7 +26,6 @@ from recording_support import (
     process,
     stamp_of,
 )
-from rosbags.rosbag2 import Reader
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.messages import ros_class, typestore
 from rotor_interfaces.topics import Topic
@@ -60,6 +61,9 @@ class Source:
         (status,) = message.status
         assert status.name == 'recorder: stream'
         self.statuses.append({value.key: value.value for value in status.values})
+
+    def blocks_reported(self) -> int:
+        return int(self.statuses[-1]['blocks [1]']) if self.statuses else 0
 
     def wait_until_recorded(self) -> None:
         assert self.peer.spin_until(lambda: bool(self.credits)), 'the recorder is not ready'
@@ -114,8 +118,7 @@ def test_everything_is_recorded_and_a_signal_finalises(
             source.publish(wire)
             source.peer.spin_for(0.002)
         assert source.peer.spin_until(lambda: source.credits[-1] == stamp_of(59))
-        assert source.peer.spin_until(lambda: source.statuses[-1:] and
-                                      source.statuses[-1]['blocks [1]'] == '59')  # fmt: skip
+        assert source.peer.spin_until(lambda: source.blocks_reported() == 59)
         child.send_signal(number)
         assert child.wait(20.0) == 0
         assert child.communicate()[1] == ''
@@ -142,37 +145,35 @@ def test_everything_is_recorded_and_a_signal_finalises(
         assert len(list(bag.messages())) == bag.message_count
 
 
+@pytest.mark.parametrize('alive_s', [1.07, 1.61, 2.23])
 def test_a_killed_recorder_loses_at_most_a_quarter_of_a_second_and_a_block(
-    tmp_path: Path, ros_environment: dict[str, str], source: Source
+    tmp_path: Path, ros_environment: dict[str, str], source: Source, alive_s: float
 ) -> None:
     source.open()
-    for attempt, alive_s in enumerate((1.07, 1.61, 2.23)):
-        folder = tmp_path / f'bag_{attempt}'
-        sent_at: list[float] = []
-        latest = 0.0
-        source.credits.clear()
-        with recorder(folder, ros_environment) as child:
-            source.wait_until_recorded()
-            started = time.monotonic()
-            while time.monotonic() < started + alive_s:
-                due = started + len(sent_at) * BLOCK_S
-                source.peer.spin_until(lambda due=due: time.monotonic() >= due)  # type: ignore[misc]
-                data = block_bytes(len(sent_at))
-                sent_at.append(time.monotonic())
-                latest = max(latest, sent_at[-1] - due)
-                source.outputs[topics.WAVEFORM].publish(data)
-            killed = time.monotonic()
-            child.kill()
-            assert child.wait(20.0) == -signal.SIGKILL
-        recording = Recording(folder)
-        blocks = [block.first_sample // 256 for block in waveform_blocks(recording)]
-        assert blocks == list(range(len(blocks)))
-        assert [p.name for p in folder.iterdir()] == [f'bag_{attempt}_0.mcap.active']
-        assert 'not finalised' in ' '.join(recording.damage)
-        lost_s = killed - sent_at[len(blocks)] if len(blocks) < len(sent_at) else 0.0
-        # The machine's own part: as late as this process was, the recorder may have been.
-        assert lost_s <= 0.25 + BLOCK_S + latest, f'lost {lost_s:.3f} s'
-        assert len(blocks) > (alive_s - 0.5 - latest) / BLOCK_S
+    folder = tmp_path / 'bag'
+    sent_at: list[float] = []
+    latest = 0.0
+    with recorder(folder, ros_environment) as child:
+        source.wait_until_recorded()
+        started = time.monotonic()
+        while time.monotonic() < started + alive_s:
+            due = started + len(sent_at) * BLOCK_S
+            source.peer.spin_for(due - time.monotonic())
+            data = block_bytes(len(sent_at))
+            sent_at.append(time.monotonic())
+            latest = max(latest, sent_at[-1] - due)
+            source.outputs[topics.WAVEFORM].publish(data)
+        killed = time.monotonic()
+        child.kill()
+        assert child.wait(20.0) == -signal.SIGKILL
+    recording = Recording(folder)
+    blocks = [block.first_sample // 256 for block in waveform_blocks(recording)]
+    assert blocks == list(range(len(blocks)))
+    assert [p.name for p in folder.iterdir()] == ['bag_0.mcap.active']
+    assert 'not finalised' in ' '.join(recording.damage)
+    lost_s = killed - sent_at[len(blocks)] if len(blocks) < len(sent_at) else 0.0
+    # The machine's own part: as late as this process was, the recorder may have been.
+    assert lost_s <= 0.25 + BLOCK_S + latest, f'lost {lost_s:.3f} s, late {latest:.3f} s'
 
 
 def test_a_full_disk_ends_the_recorder_with_one_sentence(
@@ -200,8 +201,10 @@ def test_a_full_disk_ends_the_recorder_with_one_sentence(
     recording = Recording(folder)
     blocks = [block.first_sample // 256 for block in waveform_blocks(recording)]
     assert blocks == list(range(len(blocks)))
-    # what fits: the last flush of 0.2 s, some 20 blocks of 19 kB, may be cut
-    assert limit // 19_000 // 3 < len(blocks) <= limit // 18_000
+    # a block is 18.8 kB at most: what fits is there but for the flush that failed, which held
+    # what came in 0.2 s, here 10 to 15 blocks
+    assert len(blocks) >= limit // 18_849 - 15
+    assert recording.damage
 
 
 @pytest.mark.parametrize(
@@ -209,6 +212,7 @@ def test_a_full_disk_ends_the_recorder_with_one_sentence(
     [
         (['-p', 'path:=/proc/nowhere/bag'], 3, 'cannot be written'),
         ([], 2, 'path is empty'),
+        (['-p', 'path:=bag', '-p', 'expect:=[rotor/wave]'], 2, "expect = 'rotor/wave' is no"),
     ],
 )
 def test_a_place_that_cannot_be_used_ends_in_one_sentence(

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from recording_support import EPOCH_NS, block_bytes, made_up_run, stamp_of
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 from mcap.reader import make_reader
+
 from recording_support import (
     CONFIG_TEXT,
     EPOCH_NS,
@@ -101,9 +102,10 @@ def test_an_empty_recording_is_whole(tmp_path: Path) -> None:
 
 
 def test_an_error_of_the_caller_still_finalises(tmp_path: Path) -> None:
-    with pytest.raises(KeyError), RecordingWriter(tmp_path / 'bag') as writer:
-        write_all(writer, made_up_run(3))
-        raise KeyError
+    wires = [*made_up_run(3), None]
+    with pytest.raises(AttributeError), RecordingWriter(tmp_path / 'bag') as writer:
+        write_all(writer, wires)  # type: ignore[arg-type]
+    assert Recording(tmp_path / 'bag').message_counts['/rotor/waveform'] == 3
     assert Recording(tmp_path / 'bag').damage == []
 
 
@@ -197,7 +199,7 @@ def test_a_full_disk_ends_in_one_sentence(tmp_path: Path, monkeypatch: pytest.Mo
     writer = RecordingWriter(tmp_path / 'bag')
     write_all(writer, made_up_run(4))
     writer.flush()
-    write_all(writer, [wire for wire in made_up_run(6)][30:])
+    write_all(writer, list(made_up_run(6))[30:])
 
     def full(descriptor: int) -> None:  # noqa: ARG001
         raise OSError(28, 'No space left on device')

@@ -64,7 +64,10 @@ def named(topic: Topic, time_s: float, numbers: dict[str, float]) -> Outgoing:
 
 def status(topic: Topic, time_s: float, level: int, text: str) -> Outgoing:
     stamp = stamp_of(time_s)
-    return topic, stamp, messages.diagnostics(OFFLINE, stamp, 'monitor: crack', level=level, text=text, values={})
+    message = messages.diagnostics(
+        OFFLINE, stamp, 'monitor: crack', level=level, text=text, values={}
+    )
+    return topic, stamp, message
 
 
 def spectrum(time_s: float) -> Outgoing:
@@ -102,8 +105,12 @@ def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator
         numbers = {f'disk_z/{name}': value * time_s for name, value in ratios.items()}
         everything.append((time_s + 0.05, named(topics.INDICATORS, time_s, numbers)))
         everything.append((time_s + 0.05, spectrum(time_s)))
-    for time_s, level, text in ((0.0, 3, 'no window yet'), (0.5, 0, 'OK'), (1.5, 1, 'A3/A1 > 2')):
+    for time_s, level, text in (
+        (0.0, 3, 'no window yet'),
+        (0.5, 0, 'all ratios are below their limits'),
+        (1.5, 1, 'A3/A1 = 3 is above 2'),
+        (2.0, 2, 'A3/A1 = 4 is above 3'),
+    ):
         everything.append((time_s, status(topics.ALARM, time_s, level, text)))
-    everything.append((2.0, status(topics.ALARM, 2.0, 2, 'A3/A1 = 4 is above 3')))
     everything.sort(key=lambda item: item[0])
     yield from (outgoing for _, outgoing in everything if outgoing[0] not in without)

@@ -256,9 +256,7 @@ class McapFile:
             return
         if not self._loose:
             return
-        self._is_data_sound = (
-            mcap_records.checksum(file, 0, position) == data_end.data_section_crc
-        )
+        self._is_data_sound = mcap_records.checksum(file, 0, position) == data_end.data_section_crc
         if not self._is_data_sound:
             self._note(
                 'the checksum of the data section does not fit, so messages outside of chunks '

@@ -34,13 +34,19 @@ class RecorderNode(Node):  # type: ignore[misc]
         if not path:
             raise ConfigError('path is empty; it must be the folder of the bag, new or empty')
         self._failure: RigError | None = None
-        self._expected = [topic for topic in expect if topic]
+        known = [topic.name for topic in topics.TOPICS]
+        for expected in filter(None, expect):
+            if expected not in known:
+                raise ConfigError(f'expect = {expected!r} is no topic; known: {", ".join(known)}')
         self._writer = RecordingWriter(path, name=name or None)
         self._stream = RecordingStream(self._writer, self.resolve_topic_name)
         self._diagnostics = ros.publisher(self, topics.DIAGNOSTICS)
         self._progress = ros.Progress(self, 'recorder')
-        for topic in topics.TOPICS:
-            ros.subscription(self, topic, partial(self._on_message, topic), raw=True)
+        inputs = {
+            topic.name: ros.subscription(self, topic, partial(self._on_message, topic), raw=True)
+            for topic in topics.TOPICS
+        }
+        self._expected = [inputs[expected] for expected in filter(None, expect)]
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(FLUSH_PERIOD_S, self._flush, clock=clock)
         self.create_timer(DIAGNOSE_S, self._diagnose, clock=clock)
@@ -67,7 +73,8 @@ class RecorderNode(Node):  # type: ignore[misc]
             self._failure = error
 
     def _report_ready(self) -> None:
-        if all(self.count_publishers(topic) for topic in self._expected):
+        # count_publishers would not do: it knows of publishers that do not reach us yet
+        if all(expected.get_publisher_count() for expected in self._expected):
             self._ready_timer.cancel()
             self._progress.report(0)
 

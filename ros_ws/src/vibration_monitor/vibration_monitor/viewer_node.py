@@ -86,7 +86,12 @@ class ViewerNode(Node):  # type: ignore[misc]
         """Show what is still held and leave the window to the user."""
         if self.is_done():
             return
-        self._view.flush()
+        try:
+            self._view.flush()
+        except ViewError:
+            if self._viewer is not None:
+                self._viewer.close()  # else rerun waits for it without end
+            raise
         if self._viewer is not None:
             self._viewer.leave_open()
 

@@ -6,10 +6,24 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vibration_monitor.view import style
+from vibration_monitor.view.orbit import REVOLUTIONS
 from vibration_monitor.view.spectrogram import COLUMNS, ROWS
 from vibration_monitor.view.style import EXAGGERATION, TIMELINE
 
 WAVEFORM_WINDOW_S = 0.1
+
+LOAD_VIEW = 'Load factor n [1]'
+ALARM_VIEW = 'Alarm'
+RATIO_VIEW = 'Super-harmonic ratios of disk z [1]'
+SPECTRUM_VIEW = 'Order spectrum of disk z [dB re 1 nm]'
+SPECTROGRAM_VIEW = 'Spectrogram of disk z: order over flight time'
+DISPLACEMENT_VIEW = f'Disk displacement [um], latest {WAVEFORM_WINDOW_S:g} s'
+ACCELERATION_VIEW = f'Bearing 1 acceleration [m/s2], latest {WAVEFORM_WINDOW_S:g} s'
+ORBIT_VIEW = f'Orbit of the disk [um], {REVOLUTIONS} revolutions'
+LOG_VIEW = 'Alarms and losses'
+SPEED_VIEW = 'Speed [rad/s]'
+TRUTH_VIEW = 'Crack K (truth)'
+RIG_VIEW = f'Rig, displacements x {EXAGGERATION:g}, crack side red'
 
 
 def _whole_flight() -> rrb.TimeAxis:
@@ -59,11 +73,11 @@ def _waveform(name: str, path: str) -> rrb.TimeSeriesView:
 
 def _flight_column() -> rrb.Vertical:
     return rrb.Vertical(
-        _flight('Load factor n [1]', (style.LOAD_SENSOR, style.LOAD)),
+        _flight(LOAD_VIEW, (style.LOAD_SENSOR, style.LOAD)),
         rrb.StateTimelineView(
-            name='Alarm', origin=f'/{style.ALARM_LEVEL}', time_view=_whole_flight()
+            name=ALARM_VIEW, origin=f'/{style.ALARM_LEVEL}', time_view=_whole_flight()
         ),
-        _flight('Super-harmonic ratios of disk z [1]', (style.RATIOS,), legend=True),
+        _flight(RATIO_VIEW, (style.RATIOS,), legend=True),
         row_shares=[1.2, 0.5, 1.6],
     )
 
@@ -71,18 +85,18 @@ def _flight_column() -> rrb.Vertical:
 def _signal_column() -> rrb.Vertical:
     return rrb.Vertical(
         rrb.BarChartView(
-            name='Order spectrum of disk z [dB re 1 nm]',
+            name=SPECTRUM_VIEW,
             origin=f'/{style.SPECTRUM}',
             plot_legend=rrb.PlotLegend(visible=False),
         ),
         rrb.Spatial2DView(
-            name='Spectrogram of disk z: order over flight time',
+            name=SPECTROGRAM_VIEW,
             origin=f'/{style.SPECTROGRAM}',
             visual_bounds=rrb.VisualBounds2D(
                 x_range=(-32.0, COLUMNS + 14.0), y_range=(-4.0, ROWS + 22.0)
             ),
         ),
-        _waveform('Disk displacement [um], latest 0.1 s', style.DISPLACEMENT),
+        _waveform(DISPLACEMENT_VIEW, style.DISPLACEMENT),
         row_shares=[1.0, 1.3, 1.0],
     )
 
@@ -90,14 +104,14 @@ def _signal_column() -> rrb.Vertical:
 def _rotor_column() -> rrb.Vertical:
     return rrb.Vertical(
         rrb.Spatial3DView(
-            name=f'Rig, displacements x {EXAGGERATION:g}, crack side red',
+            name=RIG_VIEW,
             origin=f'/{style.RIG}',
             line_grid=rrb.LineGrid3D(visible=False),
             eye_controls=rrb.EyeControls3D(
                 position=(0.42, -0.22, -0.42), look_target=(0.0, -0.02, 0.0), eye_up=(0, -1, 0)
             ),
         ),
-        rrb.Spatial2DView(name='Orbit of the disk [um], 4 revolutions', origin=f'/{style.ORBIT}'),
+        rrb.Spatial2DView(name=ORBIT_VIEW, origin=f'/{style.ORBIT}'),
         row_shares=[1.0, 1.0],
     )
 
@@ -105,15 +119,15 @@ def _rotor_column() -> rrb.Vertical:
 def _bottom_row() -> rrb.Horizontal:
     return rrb.Horizontal(
         rrb.TextLogView(
-            name='Alarms and losses',
+            name=LOG_VIEW,
             origin=f'/{style.LOG}',
             columns=rrb.TextLogColumns(
                 timeline_columns=[TIMELINE], text_log_columns=['LogLevel', 'Body']
             ),
         ),
-        _waveform('Bearing 1 acceleration [m/s2], latest 0.1 s', style.ACCELERATION),
-        _flight('Speed [rad/s]', (style.SPEED,)),
-        _flight('Crack K (truth)', (style.CRACK_TRUTH,), limits=(0.0, 0.3)),
+        _waveform(ACCELERATION_VIEW, style.ACCELERATION),
+        _flight(SPEED_VIEW, (style.SPEED,)),
+        _flight(TRUTH_VIEW, (style.CRACK_TRUTH,), limits=(0.0, 0.3)),
         column_shares=[1.6, 0.8, 0.5, 0.5],
     )
 

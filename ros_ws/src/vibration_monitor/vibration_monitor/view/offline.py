@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The view of a recording: in a window, as a rerun file, as a picture."""
 
+import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -9,7 +10,8 @@ from pathlib import Path
 import rerun as rr
 
 from rotor_interfaces import messages, topics
-from vibration_monitor.reading import UNDECODABLE, Recording
+from rotor_interfaces.topics import Topic
+from vibration_monitor.reading import UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
@@ -48,14 +50,17 @@ def view_recording(
     if save is None and screenshot is None:
         viewer.require_screen()
     recording = Recording(path)
-    with tempfile.TemporaryDirectory(prefix='rotor-rig-view-') as folder:
+    beside = None if save is None else save.absolute().parent
+    with tempfile.TemporaryDirectory(prefix='rotor-rig-view-', dir=beside) as folder:
         file = Path(folder) / 'view.rrd'
         damage = convert(recording, file)
         if screenshot is not None:
             with Page(file) as page:
-                _write(screenshot, page.whole())
+                picture = Path(folder) / 'view.png'
+                picture.write_bytes(page.whole())
+                _put(picture, screenshot)
         if save is not None:
-            _move(file, save)
+            _put(file, save)
         if save is None and screenshot is None:
             with viewer.window([str(file)]) as window:
                 window.wait()
@@ -69,7 +74,7 @@ def convert(recording: Recording, file: Path) -> list[str]:
         ViewError: the recording holds nothing that the view shows.
 
     """
-    wanted = {name: topic for topic in SHOWN_TOPICS if (name := recording.find(topic))}
+    wanted = _shown_topics(recording)
     if topics.WAVEFORM not in wanted.values():
         raise ViewError(
             f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
@@ -99,12 +104,29 @@ def convert(recording: Recording, file: Path) -> list[str]:
             except UNDECODABLE:
                 recording.note(f'a message of {message.topic} cannot be decoded and is left out')
                 continue
-            view.push(topic, message.log_time_ns, decoded)
+            stamp_ns = 0 if topic == topics.CONFIG else messages.stamp_ns(decoded)
+            view.push(topic, stamp_ns, decoded)
         view.flush()
     except _SecondRunError:
         recording.note('a second run begins in this recording; only the first is shown')
     streams[0].disconnect()
     return [*recording.damage, *view.refusals]
+
+
+def _shown_topics(recording: Recording) -> dict[str, Topic]:
+    """Return what the view shows of a recording: topics by their recorded names."""
+    wanted: dict[str, Topic] = {}
+    known = recording.topics()
+    for topic in SHOWN_TOPICS:
+        name = recording.find(topic)
+        if name is None:
+            continue
+        require_cdr(recording, known[name])
+        if known[name].type == topic.type:
+            wanted[name] = topic
+        else:
+            recording.note(f'{name} has type {known[name].type}, not {topic.type}; not shown')
+    return wanted
 
 
 def _check_target(option: str, path: Path | None, suffix: str) -> None:
@@ -115,18 +137,13 @@ def _check_target(option: str, path: Path | None, suffix: str) -> None:
         raise ViewError(f'{option} {path} must end in {suffix}')
     if not path.absolute().parent.is_dir():
         raise ViewError(f'{option} {path}: the folder {path.absolute().parent} does not exist')
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise ViewError(f'{option} {path}: the folder {path.absolute().parent} is not writable')
     if path.is_dir():
         raise ViewError(f'{option} {path} is a folder; give the name of a file')
 
 
-def _write(path: Path, data: bytes) -> None:
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise ViewError(f'{path} cannot be written ({error.strerror})') from None
-
-
-def _move(file: Path, target: Path) -> None:
+def _put(file: Path, target: Path) -> None:
     try:
         shutil.move(file, target)
     except OSError as error:

@@ -3,7 +3,6 @@
 """From the messages of the rig to a rerun recording, live and from files alike."""
 
 import heapq
-import io
 import itertools
 import json
 import uuid
@@ -13,7 +12,6 @@ from typing import Any
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
-from PIL import Image
 
 from rotor_interfaces import topics
 from rotor_interfaces.errors import WireError
@@ -22,9 +20,10 @@ from rotor_interfaces.messages import NANOSECONDS, level_of
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, decode
 from vibration_monitor.view import scene, style
-from vibration_monitor.view.curves import Curves, time_column
+from vibration_monitor.view.curves import Curves
 from vibration_monitor.view.orbit import Orbit
-from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectrogram, decibels
+from vibration_monitor.view.spectra import Spectra
+from vibration_monitor.view.viewer import ViewError
 
 FRAME_S = 0.1
 """Orbit and load arrow are drawn this often in flight time."""
@@ -35,9 +34,13 @@ LIVE_BATCH_S = 0.25
 CURVES_EVERY_S = 0.5
 """Slow numbers are collected this long, in flight time."""
 
-SPECTROGRAM_EVERY_S = 1.0
 MAX_WAITING = 8192
 """Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
+
+LONGEST_BLOCK_S = 1e5
+
+FLUSH_S = 30.0
+"""A viewer that takes nothing for this long has stopped."""
 
 STANDARD_GRAVITY_M_S2 = 9.81
 _MICRO = 1e6
@@ -95,10 +98,8 @@ class RigView:
         self._stream.set_log_tick_enabled(False)
         self._curves = Curves(self._stream)
         self._orbit = Orbit(self._stream)
-        self._spectrogram = Spectrogram()
-        self._spectrogram_due_s = 0.0
+        self._spectra = Spectra(self._stream)
         self._curves_due_ns = 0
-        self._spectrogram_span_s = 0.0
         self._continuity = SampleContinuity()
         self._origin_ns: int | None = None
         self._blocks: list[WaveformBlock] = []
@@ -135,7 +136,12 @@ class RigView:
                 self._show(*heapq.heappop(self._waiting))
 
     def flush(self) -> None:
-        """Send everything that is still held, also what lies ahead of the waveform."""
+        """Send everything that is still held, also what lies ahead of the waveform.
+
+        Raises:
+            ViewError: the viewer or the file did not take all of it.
+
+        """
         self._send_blocks()
         while self._waiting:
             self._show(*heapq.heappop(self._waiting))
@@ -144,8 +150,13 @@ class RigView:
     def _end(self) -> None:
         self._send_blocks()
         self._curves.send()
-        self._send_spectrogram()
-        self._stream.flush()
+        self._spectra.send_spectrogram()
+        try:
+            self._stream.flush(timeout_sec=FLUSH_S)
+        except RuntimeError as error:
+            raise ViewError(
+                f'the view is not complete: the viewer has stopped or the disk is full ({error})'
+            ) from None
 
     def note(self, text: str) -> None:
         """Write a line into the log of the view, at the flight time of what was shown last."""
@@ -195,7 +206,7 @@ class RigView:
         self._blocks = []
         self._send_channels(offsets, rows)
         poses = slice(None, None, scene.POSE_EVERY)
-        scene.send_poses(self._stream, self._geometry, time_column(offsets[poses]), rows[poses])
+        scene.send_poses(self._stream, self._geometry, offsets[poses], rows[poses])
         frames = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
         for frame in np.array_split(np.arange(len(rows)), frames):
             self._draw_frame(offsets[frame], rows[frame])
@@ -253,6 +264,12 @@ class RigView:
             self._origin_ns = stamp_ns
         offset_ns = stamp_ns - self._origin_ns
         self._at(offset_ns)
+        try:
+            self._show_at(offset_ns, topic, message)
+        except WireError as error:
+            self._refuse(topic, error)
+
+    def _show_at(self, offset_ns: int, topic: Topic, message: Any) -> None:
         if topic == topics.MANEUVER_LOAD:
             self._on_load(offset_ns, message)
         elif topic == topics.SHAFT:
@@ -263,10 +280,7 @@ class RigView:
         elif topic == topics.INDICATORS:
             self._on_indicators(offset_ns, message)
         elif topic == topics.SPECTRUM:
-            try:
-                self._on_spectrum(offset_ns, decode(message))
-            except WireError as error:
-                self._refuse(topic, error)
+            self._spectra.draw(offset_ns / NANOSECONDS, decode(message))
         else:
             self._on_status(topic, message)
 
@@ -276,7 +290,7 @@ class RigView:
         self._curves.add(style.LOAD, offset_ns, ['n', 'lateral'], values)
 
     def _on_truth(self, offset_ns: int, message: Any) -> None:
-        truth = dict(zip(message.name, message.position, strict=True))
+        truth = _named(message)
         ratio = truth.pop(style.CRACK_NAME, None)
         if truth:
             self._curves.add(style.TRUTH, offset_ns, [*truth], [*truth.values()])
@@ -290,64 +304,15 @@ class RigView:
     def _on_indicators(self, offset_ns: int, message: Any) -> None:
         """Log indicators by channel and kind: `disk_z/ratio_3_1` goes to disk_z/ratio."""
         groups: dict[str, dict[str, float]] = {}
-        for name, value in zip(message.name, message.position, strict=True):
+        for name, value in _named(message).items():
             channel, _, indicator = name.rpartition('/')
             kind = indicator.split('_')[0]
-            if kind not in _INDICATOR_KINDS or not indicator[-1].isdigit():
+            if kind not in _INDICATOR_KINDS or not indicator[-1:].isdigit():
                 kind = 'other'
             path = '/'.join(part for part in (style.INDICATORS, channel, kind) if part)
             groups.setdefault(path, {})[indicator] = value
         for path, values in groups.items():
             self._curves.add(path, offset_ns, [*values], [*values.values()])
-
-    def _on_spectrum(self, offset_ns: int, table: WaveformBlock) -> None:
-        if not {'order', style.MAIN_CHANNEL} <= set(table.columns):
-            return
-        rows = table.rows[table.rows['order'] < MAX_ORDER]
-        orders = rows['order'].astype(np.float64)
-        if len(orders) < 2:
-            return
-        self._stream.log(
-            style.SPECTRUM,
-            rr.BarChart(
-                decibels(rows[style.MAIN_CHANNEL]).astype(np.float32),
-                abscissa=orders,
-                widths=np.gradient(orders).astype(np.float32),
-                color=style.SPECTRUM_COLOUR,
-            ),
-        )
-        time_s = offset_ns / NANOSECONDS
-        self._spectrogram.add(time_s, orders, rows[style.MAIN_CHANNEL])
-        if time_s >= self._spectrogram_due_s:
-            self._spectrogram_due_s = time_s + SPECTROGRAM_EVERY_S
-            self._send_spectrogram()
-
-    def _send_spectrogram(self) -> None:
-        file = io.BytesIO()
-        Image.fromarray(self._spectrogram.picture()).save(file, 'png')
-        self._stream.log(
-            f'{style.SPECTROGRAM}/picture',
-            rr.EncodedImage(contents=file.getvalue(), media_type='image/png'),
-        )
-        if self._spectrogram.span_s == self._spectrogram_span_s:
-            return
-        self._spectrogram_span_s = span_s = self._spectrogram.span_s
-        step_s = span_s / 4
-        ticks = [[COLUMNS * k / 4, ROWS - 2.0] for k in range(5)]
-        labels = [f'{k * step_s:g} s' for k in range(5)]
-        for order in range(1, int(MAX_ORDER)):
-            ticks.append([-14.0, ROWS * (1 - order / MAX_ORDER) - 12.0])
-            labels.append(f'{order}x')
-        self._stream.log(
-            f'{style.SPECTROGRAM}/axes',
-            rr.Points2D(
-                ticks,
-                labels=labels,
-                colors=style.GREY,
-                radii=rr.Radius.ui_points(0.0),
-                show_labels=True,
-            ),
-        )
 
     def _on_status(self, topic: Topic, message: Any) -> None:
         """Log alarm and health: a line whenever a level changes; health only once it is bad."""
@@ -370,10 +335,10 @@ class RigView:
     def _on_config(self, text: str) -> None:
         """Take the geometry of the rotor from the run's configuration."""
         try:
-            config = json.loads(text)
-        except ValueError:
+            geometry = scene.Geometry.from_config(json.loads(text))
+        except ValueError as error:
+            self.note(f'rotor/config cannot be used, the rig is drawn as before ({error})')
             return
-        geometry = scene.Geometry.from_config(config)
         if geometry != self._geometry:
             self._geometry = geometry
             scene.log_bodies(self._stream, geometry)
@@ -383,9 +348,17 @@ def _placed(block: WaveformBlock) -> WaveformBlock:
     """Return the block; raises WireError where its place on the time axis is not known."""
     if 'time' not in block.columns or not len(block.rows):
         raise WireError('the block has no `time` column or no rows')
-    if not np.isfinite(block.rows['time']).all():
-        raise WireError('the `time` column is not finite')
+    time_s = block.rows['time'].astype(np.float64)
+    if not (time_s[0] >= 0.0 and time_s[-1] < LONGEST_BLOCK_S and (np.diff(time_s) > 0.0).all()):
+        raise WireError('the `time` column does not count seconds upwards from the stamp')
     return block
+
+
+def _named(message: Any) -> dict[str, float]:
+    """Return the numbers of a JointState by name."""
+    if len(message.name) != len(message.position):
+        raise WireError(f'{len(message.name)} names for {len(message.position)} numbers')
+    return dict(zip(message.name, message.position, strict=True))
 
 
 def _groups(columns: tuple[str, ...]) -> dict[str, list[str]]:

@@ -6,6 +6,7 @@ Frame `rotor`: x along the shaft, forward; y along the load, down; z to the left
 bearings are true, lengths are drawn as they look best, displacements are exaggerated.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from vibration_monitor.view import style
+from vibration_monitor.view.curves import time_column
 from vibration_monitor.view.style import EXAGGERATION, RIG, Colour
 
 HALF_LENGTH_M = 0.30
@@ -26,6 +28,7 @@ LOAD_ARROW_M_PER_G = 0.04
 POSE_EVERY = 8
 """Every 8th sample has a pose: at 352 rad/s about 23 a revolution, enough for slow motion."""
 
+MOST_BALLS = 100
 _SEGMENTS = 72
 _BALL: Colour = (215, 220, 230)
 _OUTER_RING: Colour = (95, 105, 120)
@@ -43,6 +46,15 @@ class Geometry:
     inner_radius_m: float = 0.0401
     outer_radius_m: float = 0.0639
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for what cannot be drawn."""
+        if not SHAFT_RADIUS_M < self.inner_radius_m < self.outer_radius_m < DISK_RADIUS_M:
+            raise ValueError('the radii of the ball bearings do not fit')
+        if not 1 <= self.ball_count <= MOST_BALLS:
+            raise ValueError(f'{self.ball_count} balls')
+        if not (math.isfinite(self.crack_angle_rad) and 0 < self.crack_half_angle_rad < math.pi):
+            raise ValueError('the angles of the crack are out of range')
+
     @property
     def cage_ratio(self) -> float:
         """Cage angle per shaft angle: r_i / (r_i + r_o)."""
@@ -50,7 +62,10 @@ class Geometry:
 
     @classmethod
     def from_config(cls, config: Any) -> 'Geometry':
-        """Return the geometry a `rotor/config` document tells, wherever in it the keys stand."""
+        """Return the geometry a `rotor/config` document tells, wherever in it the keys stand.
+
+        Raises ValueError for numbers that cannot be drawn.
+        """
         found = {name: _find(config, name) for name in cls.__dataclass_fields__}
         return cls(**{name: value for name, value in found.items() if value is not None})
 
@@ -100,7 +115,7 @@ def ring(
     positions = np.concatenate(corners)
     return rr.Mesh3D(
         vertex_positions=positions,
-        vertex_normals=-np.concatenate(normals),
+        vertex_normals=np.concatenate(normals),
         vertex_colors=np.tile(np.array(colour, np.uint8), (len(positions), 1)),
     )
 
@@ -182,7 +197,7 @@ def _about_x(angle_rad: NDArray[np.float64]) -> NDArray[np.float32]:
 def send_poses(
     stream: rr.RecordingStream,
     geometry: Geometry,
-    times: Any,
+    offsets_ns: NDArray[np.int64],
     rows: NDArray[np.void],
 ) -> None:
     """Send the poses of all moving bodies at the given rows (one pose each, exaggerated).
@@ -190,12 +205,15 @@ def send_poses(
     A body whose columns the source does not send, or whose values are NaN, stays where it is.
     """
 
-    def send(path: str, **columns: Any) -> None:
-        stream.send_columns(f'{RIG}/{path}', [times], rr.Transform3D.columns(**columns))
+    def send(path: str, **columns: NDArray[np.float32]) -> None:
+        whole = np.all([np.isfinite(c).all(axis=1) for c in columns.values()], axis=0)
+        if whole.any():
+            poses: dict[str, Any] = {name: c[whole] for name, c in columns.items()}
+            times = time_column(offsets_ns[whole])
+            stream.send_columns(f'{RIG}/{path}', [times], rr.Transform3D.columns(**poses))
 
-    names = rows.dtype.names or ()
-    turn: dict[str, Any] = {}
-    if 'angle' in names and np.isfinite(rows['angle']).all():
+    turn: dict[str, NDArray[np.float32]] = {}
+    if 'angle' in (rows.dtype.names or ()) and np.isfinite(rows['angle']).all():
         angle = rows['angle'].astype(np.float64)
         turn = {'quaternion': _about_x(angle)}
         for number in (1, 2):
@@ -209,13 +227,16 @@ def send_poses(
             continue
         send(f'bearing_{number}/inner', translation=bearing, **turn)
         if disk is not None:
-            reach = np.array([side * HALF_LENGTH_M, 0.0, 0.0], np.float32)
-            send(f'shaft_{number}', translation=bearing + reach, **_from_to(reach, disk - bearing))
+            far_end = np.array([side * HALF_LENGTH_M, 0.0, 0.0], np.float32)
+            send(f'shaft_{number}', translation=bearing + far_end, **_bend(side, disk - bearing))
 
 
-def _from_to(reach: NDArray[np.float32], drop: NDArray[np.float32]) -> dict[str, Any]:
-    """Return turn and stretch of a shaft half whose far end lies `drop` beside the axis."""
-    slope = drop / -reach[0]
+def _bend(side: float, drop_m: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
+    """Return turn and stretch of the shaft half from a bearing to a disk `drop_m` beside it.
+
+    The half lies along x from its origin at the bearing (side -1 aft, 1 forward) to the disk.
+    """
+    slope = drop_m / (-side * HALF_LENGTH_M)
     stretch = np.sqrt(1.0 + slope[:, 1] ** 2 + slope[:, 2] ** 2)
     turn = np.stack([0 * stretch, -slope[:, 2], slope[:, 1], 1.0 + stretch], axis=1)
     turn /= np.linalg.norm(turn, axis=1, keepdims=True)
@@ -224,29 +245,27 @@ def _from_to(reach: NDArray[np.float32], drop: NDArray[np.float32]) -> dict[str,
 
 
 def displacement(rows: NDArray[np.void], point: str) -> NDArray[np.float32] | None:
-    """Return exaggerated (0, y, z) of a point in m, or None where it is not known."""
+    """Return exaggerated (0, y, z) of a point in m, or None where the source has no such point."""
     names = rows.dtype.names or ()
     if f'{point}_y' not in names or f'{point}_z' not in names:
         return None
     y, z = rows[f'{point}_y'], rows[f'{point}_z']
-    if not (np.isfinite(y).all() and np.isfinite(z).all()):
-        return None
     return np.stack([0 * y, y * EXAGGERATION, z * EXAGGERATION], axis=1).astype(np.float32)
 
 
 def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float | None) -> None:
     """Draw the load as an arrow on the disk and write what the picture shows."""
-    length_m = LOAD_ARROW_M_PER_G * load_factor
-    tip_m = -1.15 * DISK_RADIUS_M
-    stream.log(
-        f'{RIG}/load',
-        rr.Arrows3D(
-            origins=[[0.0, tip_m - max(length_m, 0.0), 0.0]],
+    if math.isfinite(load_factor):
+        length_m = LOAD_ARROW_M_PER_G * load_factor
+        arrow = rr.Arrows3D(
+            origins=[[0.0, -1.15 * DISK_RADIUS_M - max(length_m, 0.0), 0.0]],
             vectors=[[0.0, length_m, 0.0]],
             colors=style.LOAD_COLOUR,
             radii=0.006,
-        ),
-    )
+        )
+        stream.log(f'{RIG}/load', arrow)
+    else:
+        stream.log(f'{RIG}/load', rr.Clear(recursive=False))
     crack = 'not told' if crack_ratio is None else f'K = {crack_ratio:.3g}'
     stream.log(
         f'{RIG}/text',

@@ -76,6 +76,11 @@ class Spectrogram:
         np.fmax.at(rows, ROWS - 1 - place, values_db[inside])
         return rows
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing has been added yet."""
+        return self._newest_s == 0.0
+
     def picture(self) -> NDArray[np.uint8]:
         """Return the picture, shape (ROWS, COLUMNS, 3)."""
         return colours(self._values)

@@ -1,0 +1,81 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The latest order spectrum as bars, and all of the flight as a spectrogram."""
+
+import io
+
+import numpy as np
+import rerun as rr
+from PIL import Image
+
+from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.view import style
+from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectrogram, decibels
+
+SPECTROGRAM_EVERY_S = 1.0
+
+
+class Spectra:
+    """Draws the spectra of the main channel; set the time of the stream before each call."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._spectrogram = Spectrogram()
+        self._due_s = 0.0
+        self._labelled_span_s = 0.0
+
+    def draw(self, time_s: float, table: WaveformBlock) -> None:
+        """Draw a table with `order` and amplitudes (m, zero to peak); nothing where it is NaN."""
+        if not {'order', style.MAIN_CHANNEL} <= set(table.columns):
+            return
+        known = np.isfinite(table.rows[style.MAIN_CHANNEL])
+        rows = table.rows[known & (table.rows['order'] < MAX_ORDER)]
+        orders = rows['order'].astype(np.float64)
+        if len(orders) < 2:
+            self._stream.log(style.SPECTRUM, rr.Clear(recursive=False))
+            return
+        self._stream.log(
+            style.SPECTRUM,
+            rr.BarChart(
+                decibels(rows[style.MAIN_CHANNEL]).astype(np.float32),
+                abscissa=orders,
+                widths=np.gradient(orders).astype(np.float32),
+                color=style.SPECTRUM_COLOUR,
+            ),
+        )
+        self._spectrogram.add(time_s, orders, rows[style.MAIN_CHANNEL])
+        if time_s >= self._due_s:
+            self._due_s = time_s + SPECTROGRAM_EVERY_S
+            self.send_spectrogram()
+
+    def send_spectrogram(self) -> None:
+        """Send the picture as it is; draw waits a second of flight between pictures."""
+        if self._spectrogram.is_empty:
+            return
+        file = io.BytesIO()
+        Image.fromarray(self._spectrogram.picture()).save(file, 'png')
+        self._stream.log(
+            f'{style.SPECTROGRAM}/picture',
+            rr.EncodedImage(contents=file.getvalue(), media_type='image/png'),
+        )
+        if self._spectrogram.span_s != self._labelled_span_s:
+            self._labelled_span_s = self._spectrogram.span_s
+            self._label(self._labelled_span_s)
+
+    def _label(self, span_s: float) -> None:
+        """Write time below the picture and orders to its left, in pixels of the picture."""
+        ticks = [[COLUMNS * k / 4, ROWS - 2.0] for k in range(5)]
+        labels = [f'{span_s * k / 4:g} s' for k in range(5)]
+        for order in range(1, int(MAX_ORDER)):
+            ticks.append([-14.0, ROWS * (1 - order / MAX_ORDER) - 12.0])
+            labels.append(f'{order}x')
+        self._stream.log(
+            f'{style.SPECTROGRAM}/axes',
+            rr.Points2D(
+                ticks,
+                labels=labels,
+                colors=style.GREY,
+                radii=rr.Radius.ui_points(0.0),
+                show_labels=True,
+            ),
+        )
