@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
+
 from rotor_interfaces import topics
 from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from rig_support import CLI, LiveRuns, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording
@@ -23,6 +24,7 @@ def test_a_monitor_on_a_replay_gives_the_live_indicators(
     from rclpy.context import Context
     from rclpy.experimental.events_executor import EventsExecutor
     from rclpy.node import Node
+
     from rotor_interfaces import ros
 
     run = live('climb_dive', '--duration', '6', '--rate', 0)

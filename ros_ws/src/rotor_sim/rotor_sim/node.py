@@ -67,6 +67,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._consumers = [name for name in self._consumers if name]
         self._end_sample = round(duration_s * config.rate_hz)
         self._simulator = RotorSimulator(config)
+        self._simulator.compile()
         self._grid = LoadGrid()
         self._epoch_ns = -1  # the stamp of the first load
         self._consumed_ns: dict[str, int] = {}
@@ -266,6 +267,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def _publish_block(self, count: int) -> None:
         block = self._simulator.advance(count, self._grid)
+        self._grid.discard_before(block.first_sample * LOAD_RATE_HZ // self._config.rate_hz)
         for topic, _, message in block_messages(ROS, self._config, self._epoch_ns, block):
             self._publishers_of[topic].publish(message)
         end_ns = self._stamp(block.first_sample + count)

@@ -96,6 +96,12 @@ class RotorSimulator:
         self._changes.append(ParameterChange.model_validate(change))
         return sample
 
+    def compile(self) -> None:
+        """Load or compile the kernel, so that neither settling nor the first block waits for it."""
+        state, self._state = self._state, np.zeros(12)
+        self._integrate(0, 0, self._angles(0, 0), np.zeros((1, 2)))
+        self._state = state
+
     def prepare(self, load_grid: LoadGrid) -> None:
         """Compile, find the equilibrium under load point 0 and let the start-up settle.
 
@@ -105,6 +111,7 @@ class RotorSimulator:
         if self._prepared:
             return
         load = load_grid.window(0, 0)
+        self.compile()
         rate = self.config.rate_hz
         revolution = 2.0 * math.pi * rate / self.config.speed.initial_rad_s
         sample = -math.ceil(self.config.settle_revolutions * revolution)
@@ -121,8 +128,6 @@ class RotorSimulator:
             angles = self._angles(sample, count)
             self._integrate(sample, count, angles, np.repeat(load, points, axis=0))
             sample += count
-        if not self.config.settle_revolutions:
-            self._integrate(0, 0, self._angles(0, 0), load)  # compiles
         self._prepared = True
 
     def advance(self, n_samples: int, load_grid: LoadGrid) -> SimulatedBlock:

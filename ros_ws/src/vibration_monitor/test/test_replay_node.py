@@ -53,7 +53,10 @@ class Listener:
         self.clock_ns: list[int] = []
         for topic in HEARD:
             ros.subscription(peer.node, topic, self._noting(topic), raw=True)
-        ros.subscription(peer.node, topics.CLOCK, self._on_clock)
+        # reliable, unlike what the contract asks for, so that the test can be exact
+        peer.node.create_subscription(
+            ros_class(topics.CLOCK.type), '/clock', self._on_clock, QoSProfile(depth=1000)
+        )
 
     def _noting(self, topic: Topic) -> Any:
         return lambda data: self.heard.append(Heard(topic, data, time.monotonic()))
@@ -135,7 +138,7 @@ def test_a_replay_from_the_middle_first_tells_what_is_latched(
     assert from_cdr(config.data, topics.CONFIG.type).data.startswith('{"scenario"')
     # latched ones arrive before the waveform starts
     assert config.at_s < listener.of(topics.WAVEFORM)[0].at_s
-    assert listener.clock_ns[0] == stamp_of(40)
+    assert min(listener.clock_ns) >= stamp_of(40)
 
 
 def test_a_late_subscriber_still_gets_the_configuration(
@@ -180,8 +183,7 @@ def test_a_loop_is_a_new_run_until_a_signal(
     assert len(config_at) >= 3
     assert all(config < first for config, first in zip(config_at, first_at, strict=True))
     falls = [b for a, b in zip(listener.clock_ns, listener.clock_ns[1:], strict=False) if b < a]
-    # at least two: /clock is best effort
-    assert 2 <= len(falls) <= len(config_at)
+    assert len(falls) == len(config_at) - 1
     assert set(falls) <= {EPOCH_NS + 100_000_000, *one_pass}
 
 

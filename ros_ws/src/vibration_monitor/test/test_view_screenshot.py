@@ -63,6 +63,7 @@ def test_the_command_makes_a_picture_and_a_file(tmp_path: Path) -> None:
     path = record(tmp_path)
     picture, file = tmp_path / 'view.png', tmp_path / 'view.rrd'
     assert view_recording(path, save=file, screenshot=picture) == []
-    assert Image.open(picture).size == SIZE
+    with Image.open(picture) as image:
+        assert image.size == SIZE
     assert file.stat().st_size > 0
     assert len(list(tmp_path.iterdir())) == 3

@@ -1,0 +1,66 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The examples and tables of the documentation are true."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from rotor_bringup.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_interfaces import messages
+from rotor_interfaces.topics import TOPICS
+from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, encode
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / 'docs'
+
+
+def text(name: str) -> str:
+    return (DOCS / name).read_text('utf-8')
+
+
+def blocks(name: str, language: str) -> list[str]:
+    return re.findall(rf'```{language}\n(.*?)```', text(name), re.DOTALL)
+
+
+def test_the_scenario_example_is_a_scenario() -> None:
+    (example,) = blocks('scenarios.md', 'yaml')
+    scenario = Scenario.from_mapping(yaml.safe_load(example))
+    assert scenario.duration_s == 20.0
+
+
+def test_every_shipped_scenario_is_listed_and_describes_itself() -> None:
+    for name in shipped_scenarios():
+        assert f'| `{name}` |' in text('scenarios.md')
+        scenario = load_scenario(name)
+        assert scenario.name == name
+        assert scenario.description.endswith('.')
+
+
+def test_every_topic_and_column_is_listed_with_its_type() -> None:
+    page = text('topics.md')
+    for topic in TOPICS:
+        row = next(line for line in page.splitlines() if f'`{topic.name}`' in line)
+        assert topic.type.split('/')[-1] in row
+    for column in WAVEFORM_DTYPE.names or ():
+        row = next(line for line in page.splitlines() if f'`{column}`' in line and '|' in line)
+        kind = 'float64' if WAVEFORM_DTYPE[column] == np.float64 else 'float32'
+        assert f'| {kind} | {COLUMN_UNITS[column]} |' in row
+
+
+def test_the_decoding_example_runs() -> None:
+    (example,) = blocks('topics.md', 'python')
+    rows = np.zeros(4, WAVEFORM_DTYPE)
+    rows['disk_z'] = [1, 2, 3, 4]
+    scope = {'message': encode(WaveformBlock(0, rows), messages.OFFLINE)}
+    exec(example, scope)  # noqa: S102 - our own documentation
+    assert scope['block'].rows['disk_z'].tolist() == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize('page', [ROOT / 'README.md', *sorted(DOCS.glob('*.md'))])
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r'\]\((?!https?:)([^)#]+)', page.read_text('utf-8')):
+        assert (page.parent / target).exists(), f'{page.name} links to {target}'
