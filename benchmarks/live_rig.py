@@ -31,8 +31,10 @@ def run(*options: str) -> tuple[dict[str, Any], Recording]:
     """Run the scenario live; return its summary and its recording."""
     folder = tempfile.mkdtemp(prefix='rotor-rig-benchmark-')
     done = subprocess.run(
-        [sys.executable, '-m', 'rotor_bringup', 'run', SCENARIO, '--record', folder, '--json']
-        + list(options),
+        [
+            *(sys.executable, '-m', 'rotor_bringup', 'run', SCENARIO, '--record', folder, '--json'),
+            *options,
+        ],
         capture_output=True,
         text=True,
         check=True,

@@ -43,7 +43,11 @@ def test_every_shipped_scenario_is_listed_and_describes_itself() -> None:
 def test_every_topic_and_column_is_listed_with_its_type() -> None:
     page = text('topics.md')
     for topic in TOPICS:
-        row = next(line for line in page.splitlines() if f'`{topic.name}`' in line)
+        row = next(
+            line
+            for line in page.splitlines()
+            if f'| `{topic.name}`' in line or f', `{topic.name}`' in line
+        )
         assert topic.type.split('/')[-1] in row
     for column in WAVEFORM_DTYPE.names or ():
         row = next(line for line in page.splitlines() if f'`{column}`' in line and '|' in line)

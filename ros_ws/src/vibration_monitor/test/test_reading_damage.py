@@ -14,8 +14,9 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema
-from mcap.writer import MCAP0_MAGIC
+from mcap.writer import MCAP0_MAGIC, Writer
 
 from recording_support import EPOCH_NS, made_up_run, stamp_of, write_all
 from rotor_interfaces import topics
@@ -189,6 +190,26 @@ def test_a_flipped_configuration_is_not_believed(whole: Path, tmp_path: Path) ->
     # the message on rotor/config, which lies in a chunk with a checksum, is taken instead
     assert recording.config() == {'scenario': {'name': 'made up'}}
     assert 'checksum of its run configuration' in ' '.join(recording.damage)
+
+
+def test_a_record_of_the_summary_is_never_taken_for_a_message(tmp_path: Path) -> None:
+    # in a file without chunks, where messages may stand anywhere before the summary
+    path = tmp_path / 'run.mcap'
+    with path.open('wb') as file:
+        writer = Writer(file, use_chunking=False)
+        writer.start('ros2')
+        schema = writer.register_schema('std_msgs/msg/String', 'ros2msg', b'string data')
+        channel = writer.register_channel('/a', 'cdr', schema)
+        writer.add_message(channel, EPOCH_NS, b'one', EPOCH_NS)
+        writer.finish()  # type: ignore[no-untyped-call]
+    content = bytearray(path.read_bytes())
+    repeated = content.rindex(bytes([Opcode.CHANNEL]), 0, content.rindex(b'/a'))
+    assert content[repeated : repeated + 9] == struct.pack('<BQ', Opcode.CHANNEL, 21)
+    content[repeated] = Opcode.MESSAGE
+    path.write_bytes(content)
+    messages, damage = read_all(path)
+    assert [m.data for m in messages] == [b'one']
+    assert 'does not belong there' in ' '.join(damage)
 
 
 # Files that want memory

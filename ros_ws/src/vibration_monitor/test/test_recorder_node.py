@@ -47,7 +47,8 @@ class Source:
     outputs: dict[Topic, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        ros.subscription(self.peer.node, topics.PROGRESS, self._on_progress)
+        progress = ros.subscription(self.peer.node, topics.PROGRESS, self._on_progress)
+        self.hears_credits = lambda: progress.get_publisher_count() > 0
         ros.subscription(self.peer.node, topics.DIAGNOSTICS, self._on_diagnostics)
 
     def open(self) -> None:
@@ -109,8 +110,8 @@ def test_everything_is_recorded_and_a_signal_finalises(
     folder = tmp_path / 'bag'
     sent = [wire for wire in made_up_run(60) if wire.stamp_ns != stamp_of(7)]
     with recorder(folder, ros_environment) as child:
-        assert source.peer.spin_until(folder.exists)
-        source.peer.spin_for(1.0)
+        assert source.peer.spin_until(lambda: source.hears_credits() and bool(source.statuses))
+        source.peer.spin_for(0.3)
         assert source.credits == [], 'ready before the expected topics have a publisher'
         source.open()
         source.wait_until_recorded()

@@ -132,6 +132,8 @@ def test_the_shaft_turns_from_y_to_z(angle: float) -> None:
 
 def test_a_ring_is_closed_and_its_faces_look_outwards() -> None:
     mesh = scene.ring(0.1, 0.2, 0.05, (1, 2, 3))
+    assert mesh.vertex_positions is not None
+    assert mesh.vertex_normals is not None
     corners = np.array(mesh.vertex_positions.as_arrow_array().to_pylist())
     normals = np.array(mesh.vertex_normals.as_arrow_array().to_pylist())
     faces = corners.reshape(-1, 3, 3)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import psutil
+import psutil  # type: ignore[import-untyped]
 import pytest
 from rerun.experimental import ViewerClient
 
@@ -53,7 +53,7 @@ def until(condition: Callable[[], bool], timeout_s: float = 90.0) -> bool:
 
 def viewer_of(child: subprocess.Popen[str]) -> psutil.Process:
     def children() -> list[psutil.Process]:
-        return psutil.Process(child.pid).children()
+        return list(psutil.Process(child.pid).children())
 
     assert until(lambda: child.poll() is not None or bool(children()))
     (found,) = children()

@@ -111,6 +111,7 @@ def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator
         (1.5, 1, 'A3/A1 = 3 is above 2'),
         (2.0, 2, 'A3/A1 = 4 is above 3'),
     ):
-        everything.append((time_s, status(topics.ALARM, time_s, level, text)))
+        if time_s <= duration_s:
+            everything.append((time_s, status(topics.ALARM, time_s, level, text)))
     everything.sort(key=lambda item: item[0])
     yield from (outgoing for _, outgoing in everything if outgoing[0] not in without)
