@@ -33,6 +33,7 @@ ROS_ADAPTERS = ('*.node', '*_node', 'rotor_interfaces.ros', 'rotor_bringup.live'
 """The only modules that may import rclpy."""
 DISTRIBUTION = {
     'PIL': 'pillow',
+    'mcap_ros2': 'mcap-ros2-support',
     'rerun': 'rerun-sdk',
     'rerun_cli': 'rerun-sdk',
     'yaml': 'pyyaml',
@@ -139,6 +140,19 @@ def test_setup_declares_exactly_what_is_imported(package: str) -> None:
         if not ROS_PACKAGE.fullmatch(name) or name in PACKAGES
     }
     assert requirement_names(setup_arguments(package)['install_requires']) == wanted
+
+
+def test_test_extra_declares_what_tests_import() -> None:
+    folders = [ROOT / 'tests', ROOT / 'docs', ROOT / 'benchmarks']
+    folders += [SOURCES / package / 'test' for package in PACKAGES]
+    paths = [path for folder in folders for path in folder.rglob('*.py')]
+    used = set().union(*(imported(ast.parse(path.read_text())) for path in paths))
+    used -= {path.stem for path in paths} | set(PACKAGES) | set(sys.stdlib_module_names)
+    declared = requirement_names(setup_arguments('rotor_bringup')['extras_require']['test'])
+    for package in PACKAGES:
+        declared |= requirement_names(setup_arguments(package)['install_requires'])
+    names = {canonicalize_name(DISTRIBUTION.get(name, name)) for name in used}
+    assert {name for name in names if not ROS_PACKAGE.fullmatch(name.replace('-', '_'))} <= declared
 
 
 @pytest.mark.parametrize('package', PACKAGES)

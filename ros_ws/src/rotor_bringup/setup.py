@@ -43,6 +43,7 @@ setup(
             'mcap-ros2-support>=0.5',
             'mypy>=1.13',
             'packaging>=24.0',
+            'psutil>=6.0',
             'pytest>=8.3',
             'pytest-timeout>=2.3',
             'ruff>=0.9',

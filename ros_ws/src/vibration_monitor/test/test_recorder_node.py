@@ -45,10 +45,10 @@ class Source:
     credits: list[int] = field(default_factory=list)
     statuses: list[dict[str, str]] = field(default_factory=list)
     outputs: dict[Topic, Any] = field(default_factory=dict)
+    progress: Any = None
 
     def __post_init__(self) -> None:
-        progress = ros.subscription(self.peer.node, topics.PROGRESS, self._on_progress)
-        self.hears_credits = lambda: progress.get_publisher_count() > 0
+        self.progress = ros.subscription(self.peer.node, topics.PROGRESS, self._on_progress)
         ros.subscription(self.peer.node, topics.DIAGNOSTICS, self._on_diagnostics)
 
     def open(self) -> None:
@@ -62,6 +62,9 @@ class Source:
         (status,) = message.status
         assert status.name == 'recorder: stream'
         self.statuses.append({value.key: value.value for value in status.values})
+
+    def hears_credits(self) -> bool:
+        return bool(self.progress.get_publisher_count())
 
     def blocks_reported(self) -> int:
         return int(self.statuses[-1]['blocks [1]']) if self.statuses else 0

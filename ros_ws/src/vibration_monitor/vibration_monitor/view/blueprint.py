@@ -18,7 +18,7 @@ RATIO_VIEW = 'Super-harmonic ratios of disk z [1]'
 SPECTRUM_VIEW = 'Order spectrum of disk z [dB re 1 nm]'
 SPECTROGRAM_VIEW = 'Spectrogram of disk z: order over flight time'
 DISPLACEMENT_VIEW = f'Disk displacement [um], latest {WAVEFORM_WINDOW_S:g} s'
-ACCELERATION_VIEW = f'Bearing 1 acceleration [m/s2], latest {WAVEFORM_WINDOW_S:g} s'
+ACCELERATION_VIEW = 'Bearing 1 acceleration [m/s2]'
 ORBIT_VIEW = f'Orbit of the disk [um], {REVOLUTIONS} revolutions'
 LOG_VIEW = 'Alarms and losses'
 SPEED_VIEW = 'Speed [rad/s]'
@@ -97,7 +97,7 @@ def _signal_column() -> rrb.Vertical:
             ),
         ),
         _waveform(DISPLACEMENT_VIEW, style.DISPLACEMENT),
-        row_shares=[1.0, 1.3, 1.0],
+        row_shares=[1.15, 1.3, 1.0],
     )
 
 

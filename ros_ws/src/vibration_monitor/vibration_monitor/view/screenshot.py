@@ -10,7 +10,7 @@ from rerun.experimental import ViewerClient
 
 from vibration_monitor.view import viewer
 
-SIZE = (1440, 900)
+SIZE = (1600, 1000)
 """Pixels of the whole page."""
 
 DRAWN_S = 120.0

@@ -81,10 +81,10 @@ BY_NAME: dict[str, Series] = {
     'brg1_az': Series('bearing 1 z', MAGENTA),
     'brg2_ay': Series('bearing 2 y', GREEN),
     'brg2_az': Series('bearing 2 z', VIOLET),
-    'ratio_2_1': Series('A2 / A1', TEAL),
-    'ratio_3_1': Series('A3 / A1', MAGENTA),
-    'ratio_4_1': Series('A4 / A1', VIOLET),
-    'ratio_2.5_1': Series('A2.5 / A1', LIME),
+    'ratio_2_1': Series('A2/A1', TEAL),
+    'ratio_3_1': Series('A3/A1', MAGENTA),
+    'ratio_4_1': Series('A4/A1', VIOLET),
+    'ratio_2.5_1': Series('A2.5/A1', LIME),
 }
 """Curves that depend on what the messages carry, by column or indicator name."""
 
