@@ -95,7 +95,8 @@ def test_all_curves_arrive_with_their_numbers(files: Files) -> None:
     np.testing.assert_allclose(values[:, 0], view_flight.load_factor(times / 1e9), rtol=1e-12)
     assert not values[:, 1].any()
     times, values = curve(found, style.LOAD_SENSOR)
-    # the mean over 0.1 s of n(t) differs from n at its middle by at most n'' T^2 / 24 = 1.1e-3
+    # the mean over 0.1 s of n(t) differs from n at its middle by at most n'' T^2 / 24 = 1.1e-3,
+    # and it is rounded to 1e-4
     np.testing.assert_allclose(values[:, 0], view_flight.load_factor(times / 1e9), atol=1.2e-3)
     assert (curve(found, style.SPEED)[1] == view_flight.SPEED_RAD_S).all()
     assert (curve(found, style.CRACK_TRUTH)[1] == 0.1).all()

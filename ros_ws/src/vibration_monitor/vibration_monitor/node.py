@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `vibration_monitor`: thin adapter around `VibrationMonitor.push`."""
 
+import math
 import sys
+import time
 from typing import Any
 
 from rclpy.duration import Duration
@@ -13,10 +15,13 @@ from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from rotor_interfaces.waveform import decode
 from vibration_monitor.config import MonitorConfig
+from vibration_monitor.detection import Level
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import VibrationMonitor
 
 READY_CHECK_S = 0.05
+SILENCE_S = 2.0
+"""A source that was heard and then says nothing for so long is reported."""
 
 
 class MonitorNode(Node):  # type: ignore[misc]
@@ -41,6 +46,9 @@ class MonitorNode(Node):  # type: ignore[misc]
         }
         self._progress = ros.Progress(self, 'vibration_monitor')
         ros.subscription(self, topics.WAVEFORM, self._on_waveform)
+        self._last_block_s = math.inf
+        self._last_stamp_ns = 0
+        ros.timer(self, SILENCE_S / 2, self._watch_source)
         self._ready_timer = ros.timer(self, READY_CHECK_S, self._report_ready)
 
     def _report_ready(self) -> None:
@@ -55,7 +63,8 @@ class MonitorNode(Node):  # type: ignore[misc]
             self._progress.report(0)
 
     def _on_waveform(self, message: Any) -> None:
-        stamp_ns = messages.stamp_ns(message)
+        self._last_block_s = time.monotonic()
+        self._last_stamp_ns = stamp_ns = messages.stamp_ns(message)
         try:
             records = self._monitor.push(decode(message))
         except WireError as error:
@@ -67,22 +76,33 @@ class MonitorNode(Node):  # type: ignore[misc]
         self._diagnose(stamp_ns)
         self._progress.report(stamp_ns)
 
+    def _watch_source(self) -> None:
+        """Say so when the source falls silent: no block, no other report."""
+        silence_s = time.monotonic() - self._last_block_s
+        if silence_s > SILENCE_S:
+            self._publish_diagnostics(Level.STALE, f'no block for {silence_s:.0f} s')
+
     def _diagnose(self, stamp_ns: int) -> None:
         """Publish /diagnostics once a second of data."""
         second = stamp_ns // NANOSECONDS
         if second == self._diagnostic_second:
             return
         self._diagnostic_second = second
-        values = {**self._monitor.status(), 'refused blocks [1]': self._refused_blocks}
-        lost = self._refused_blocks + int(values['lost samples [1]'])
+        lost = self._refused_blocks + int(self._monitor.status()['lost samples [1]'])
+        if lost:
+            self._publish_diagnostics(Level.WARN, 'samples or blocks lost')
+        else:
+            self._publish_diagnostics(Level.OK, 'complete')
+
+    def _publish_diagnostics(self, level: Level, text: str) -> None:
         self._publishers_of[topics.DIAGNOSTICS].publish(
             messages.diagnostics(
                 ROS,
-                stamp_ns,
+                self._last_stamp_ns,
                 'vibration_monitor: stream',
-                level=1 if lost else 0,
-                text='samples or blocks lost' if lost else 'complete',
-                values=values,
+                level=level,
+                text=text,
+                values={**self._monitor.status(), 'refused blocks [1]': self._refused_blocks},
             )
         )
 

@@ -221,7 +221,9 @@ class RigView:
         self._orbit.add(rows)
         self._orbit.log()
         if 'load_y' in (rows.dtype.names or ()):
-            load_factor = float(np.mean(rows['load_y'])) / STANDARD_GRAVITY_M_S2
+            mean_m_s2 = float(np.mean(rows['load_y'], dtype=np.float64))
+            # rounded, or the axis of a steady flight would zoom in on what float32 leaves over
+            load_factor = round(mean_m_s2 / STANDARD_GRAVITY_M_S2, 4)
             middle_ns = int(offsets[0] + offsets[-1]) // 2
             self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
             scene.log_load(self._stream, load_factor, self._crack_ratio)
