@@ -79,6 +79,10 @@ def run(
     plan = _load(scenario, duration)
     if not (math.isfinite(rate) and 0.0 <= rate <= 1000.0):
         raise ConfigError(f'--rate {rate:g} is out of range; allowed: 0 to 1000')
+    if view:
+        from vibration_monitor.view.viewer import require_screen
+
+        require_screen()
     folder = _new_bag_folder(record, plan.name)
     result = run_live(
         plan,
@@ -95,7 +99,8 @@ def run(
                 'scenario': plan.name,
                 'recording': str(result.recording),
                 'interrupted': result.interrupted,
-                'complaints': result.complaints,
+                'failures': result.failures,
+                'warnings': result.warnings,
                 **result.state.as_dict(),
             }
         )
@@ -106,12 +111,12 @@ def run(
             console.print(f'lost:      {result.state.lost} samples', style='bold red')
         console.print(f'view it:   rotor-rig view {result.recording}', soft_wrap=True)
         console.print(f'replay it: rotor-rig replay {result.recording}', soft_wrap=True)
-    for complaint in result.complaints:
-        console.print(f'warning: {complaint}', style='yellow', soft_wrap=True)
+    for warning in result.warnings:
+        console.print(f'warning: {warning}', style='yellow', soft_wrap=True)
+    if result.failures:
+        raise ProcessError('; '.join(result.failures))
     if result.interrupted:
         raise typer.Exit(ExitCode.INTERRUPTED)
-    if result.complaints:
-        raise typer.Exit(ExitCode.PROCESS_FAILED)
 
 
 @app.command()

@@ -37,7 +37,8 @@ class RunResult:
     recording: Path
     state: RunState
     interrupted: bool
-    complaints: list[str]
+    failures: list[str]
+    warnings: list[str]
 
 
 class RunWatcher(Node):  # type: ignore[misc]
@@ -126,12 +127,12 @@ def run_live(
                     _spin_for(executor, 0.05)
                     display.refresh()
         finally:
-            complaints = group.stop()
+            failures, warnings = group.stop()
             if rclpy.ok():
                 ros.spin_until_quiet(executor)
                 watcher.destroy_node()
             rclpy.try_shutdown()
-    return RunResult(folder, state, bool(received), complaints)
+    return RunResult(folder, state, bool(received), failures, warnings)
 
 
 def _spin_for(executor: EventsExecutor, seconds: float) -> None:

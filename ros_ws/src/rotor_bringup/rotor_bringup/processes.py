@@ -85,13 +85,18 @@ class ProcessGroup:
             raise ProcessError(f'{plan.name} {_ending(code)}{self._last_words(plan.name)}')
         return ended
 
-    def stop(self) -> list[str]:
-        """End the processes one after the other, SIGINT first; return what did not end well."""
-        complaints = []
+    def stop(self) -> tuple[list[str], list[str]]:
+        """End the processes one after the other, SIGINT first.
+
+        Return what did not end well: failures, and warnings about optional processes.
+        """
+        failures: list[str] = []
+        warnings: list[str] = []
         for plan in self._plans:
             process = self._running.get(plan.name)
             if process is None:
                 continue
+            complaints = warnings if plan.optional else failures
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
             try:
@@ -103,7 +108,7 @@ class ProcessGroup:
                 continue
             if code not in (0, EXIT_INTERRUPTED):
                 complaints.append(f'{plan.name} {_ending(code)}{self._last_words(plan.name)}')
-        return complaints
+        return failures, warnings
 
     def _log(self, name: str) -> Path:
         return self._folder / f'{name}.log'

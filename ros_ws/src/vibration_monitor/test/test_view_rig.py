@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import rerun as rr
+from rerun.chunk import RrdReader
 
 import view_flight
 from rotor_interfaces import messages, topics
@@ -98,6 +99,9 @@ def test_all_curves_arrive_with_their_numbers(files: Files) -> None:
     # the mean over 0.1 s of n(t) differs from n at its middle by at most n'' T^2 / 24 = 1.1e-3,
     # and it is rounded to 1e-4
     np.testing.assert_allclose(values[:, 0], view_flight.load_factor(times / 1e9), atol=1.2e-3)
+    times, values = curve(found, style.ACCELERATION)
+    rows = view_flight.rows_of(0, len(times))
+    np.testing.assert_array_equal(values, np.stack([rows['brg1_ay'], rows['brg1_az']], axis=1))
     assert (curve(found, style.SPEED)[1] == view_flight.SPEED_RAD_S).all()
     assert (curve(found, style.CRACK_TRUTH)[1] == 0.1).all()
     times, values = curve(found, style.RATIOS)
@@ -154,6 +158,12 @@ def test_a_sample_index_that_jumps_back_is_another_recording(files: Files) -> No
     runs = [curve(files.read(run), style.DISPLACEMENT) for run in (0, 1)]
     np.testing.assert_array_equal(runs[0][0], runs[1][0])
     np.testing.assert_array_equal(runs[0][1], runs[1][1])
+    names = {
+        store.recording_id
+        for run in (0, 1)
+        for store in RrdReader(str(files.folder / f'run_{run}.rrd')).recordings()
+    }
+    assert len(names) == 2
 
 
 def test_a_missing_value_is_missing_in_the_view(files: Files) -> None:
