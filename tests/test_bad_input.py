@@ -146,7 +146,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     'analyse nothing': (['analyze', 'no_such.mcap'], ['no_such.mcap']),
     'replay nothing': (['replay', 'no_such.mcap'], ['no_such.mcap']),
     'replay backwards': (['replay', 'empty.mcap', '--rate=-1'], ['rate']),
-    'view nothing': (['view', 'no_such.mcap'], ['no_such.mcap']),
+    'view nothing': (['view', 'no_such.mcap', '--save', 'a.rrd'], ['no_such.mcap']),
     'check nothing': (['scenario', 'check', 'no_such.yaml'], ['no_such.yaml']),
 }
 
@@ -204,14 +204,14 @@ def test_command(command: Callable[..., tuple[int, str]], tmp_path: Path, case: 
     assert_one_sentence(*command(*arguments), wanted)
 
 
-@pytest.mark.parametrize('verb', ['analyze', 'replay', 'view'])
+@pytest.mark.parametrize('verb', ['analyze', 'replay', 'view --save a.rrd'])
 @pytest.mark.parametrize('case', FILES)
 def test_recording(
     command: Callable[..., tuple[int, str]], tmp_path: Path, case: str, verb: str
 ) -> None:
     content, wanted = FILES[case]
     (tmp_path / 'recording.mcap').write_bytes(content)
-    assert_one_sentence(*command(verb, 'recording.mcap'), wanted[-1:])
+    assert_one_sentence(*command(*verb.split(), 'recording.mcap'), wanted[-1:])
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@
 import signal
 import sys
 
-from rotor_bringup.exit_code import ExitCode
+from rotor_interfaces.exit_code import ExitCode
 
 
 def main() -> None:

@@ -4,6 +4,7 @@
 
 import json
 import math
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +17,6 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from rotor_bringup.errors import ProcessError
-from rotor_bringup.exit_code import ExitCode
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -24,6 +24,7 @@ from rotor_bringup.scenario import (
     shipped_scenarios,
 )
 from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.exit_code import ExitCode
 
 console = Console(stderr=True)
 
@@ -105,12 +106,13 @@ def run(
             }
         )
     else:
-        console.print(f'recording: {result.recording}', soft_wrap=True, highlight=False)
+        program, recording = _as_typed(Path(sys.argv[0])), _as_typed(result.recording)
+        console.print(f'recording: {recording}', soft_wrap=True, highlight=False)
         console.print(f'monitor:   {result.state.conclusion()}', soft_wrap=True, highlight=False)
         if result.state.lost:
             console.print(f'lost:      {result.state.lost} samples', style='bold red')
-        console.print(f'view it:   rotor-rig view {result.recording}', soft_wrap=True)
-        console.print(f'replay it: rotor-rig replay {result.recording}', soft_wrap=True)
+        for what, verb in (('view it:  ', 'view'), ('replay it:', 'replay')):
+            console.print(f'{what} {program} {verb} {recording}', soft_wrap=True, highlight=False)
     for warning in result.warnings:
         console.print(f'warning: {warning}', style='yellow', soft_wrap=True)
     if result.failures:
@@ -250,6 +252,11 @@ def _new_bag_folder(parent: Path, name: str) -> Path:
     stem = f'{name}-{datetime.now(UTC):%Y%m%d-%H%M%S}'
     candidates = [parent / stem, *(parent / f'{stem}-{number}' for number in range(2, 100))]
     return next(folder for folder in candidates if not folder.exists()).absolute()
+
+
+def _as_typed(path: Path) -> str:
+    """Return a path as a person here would type it."""
+    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
 
 
 def _progress(quiet: bool) -> Progress:

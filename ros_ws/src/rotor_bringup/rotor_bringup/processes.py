@@ -18,7 +18,7 @@ from typing import Any
 import yaml
 
 from rotor_bringup.errors import ProcessError
-from rotor_interfaces.ros import EXIT_INTERRUPTED
+from rotor_interfaces.exit_code import ExitCode
 
 STOP_TIMEOUT_S = 10.0
 _PR_SET_PDEATHSIG = 1
@@ -106,7 +106,7 @@ class ProcessGroup:
                 process.wait()
                 complaints.append(f'{plan.name} did not end in {STOP_TIMEOUT_S:g} s: killed')
                 continue
-            if code not in (0, EXIT_INTERRUPTED):
+            if code not in (0, ExitCode.INTERRUPTED):
                 complaints.append(f'{plan.name} {_ending(code)}{self._last_words(plan.name)}')
         return failures, warnings
 
@@ -121,7 +121,7 @@ class ProcessGroup:
 def _ending(code: int) -> str:
     if code < 0:
         return f'was ended by {signal.Signals(-code).name}'
-    return 'was interrupted' if code == EXIT_INTERRUPTED else f'ended with exit code {code}'
+    return 'was interrupted' if code == ExitCode.INTERRUPTED else f'ended with exit code {code}'
 
 
 def _die_with_parent() -> None:

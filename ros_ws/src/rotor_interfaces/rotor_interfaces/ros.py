@@ -29,14 +29,12 @@ from rclpy.signals import SignalHandlerOptions
 from rotor_interfaces import messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
 from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.topics import Topic
 
 IDLE_S = 0.1
 """The run loop wakes this often without a message, so that a signal is noticed."""
 
-EXIT_BAD_INPUT = 2
-EXIT_FAILED = 3
-EXIT_INTERRUPTED = 130
 
 Model = TypeVar('Model', bound=ConfigModel)
 
@@ -215,7 +213,7 @@ def run(
     """Create nodes, run them until one is done or a signal comes, and return the exit code.
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
-    finishes in order. Where the run `has_end`, ending it early is EXIT_INTERRUPTED. A RigError is
+    finishes in order. Where the run `has_end`, ending it early is INTERRUPTED. A RigError is
     one sentence on standard error.
     """
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -224,7 +222,7 @@ def run(
         signal.signal(number, lambda received, _: signals.append(received))
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[RigNode] = []
-    code = 0
+    code = ExitCode.DONE
     try:
         executor = EventsExecutor()
         nodes.extend(create())
@@ -234,13 +232,13 @@ def run(
             executor.spin_once(IDLE_S)
         _finish(executor, nodes)
         if has_end and not any(node.is_done() for node in nodes):
-            code = EXIT_INTERRUPTED
+            code = ExitCode.INTERRUPTED
     except ConfigError as error:
         sys.stderr.write(f'error: {error}\n')
-        code = EXIT_BAD_INPUT
+        code = ExitCode.BAD_INPUT
     except RigError as error:
         sys.stderr.write(f'error: {error}\n')
-        code = EXIT_FAILED
+        code = ExitCode.PROCESS_FAILED
     finally:
         for node in nodes:
             node.destroy_node()

@@ -27,6 +27,7 @@ from recording_support import (
     stamp_of,
 )
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import ros_class, typestore
 from rotor_interfaces.topics import Topic
 from vibration_monitor.reading import Recording, waveform_blocks
@@ -197,7 +198,7 @@ def test_a_full_disk_ends_the_recorder_with_one_sentence(
             source.peer.spin_for(0.01)
             if child.poll() is not None:
                 break
-        assert child.wait(20.0) == ros.EXIT_FAILED
+        assert child.wait(20.0) == ExitCode.PROCESS_FAILED
         said = child.communicate()[1].strip()
     assert said.startswith('error: ')
     assert 'cannot be written (File too large); the recording ends here' in said
@@ -233,7 +234,7 @@ def test_a_place_that_cannot_be_used_ends_in_one_sentence(
 def test_a_folder_in_use_is_not_touched(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     (tmp_path / 'mine.txt').write_text('mine')
     with recorder(tmp_path, ros_environment) as child:
-        assert child.wait(20.0) == ros.EXIT_FAILED
+        assert child.wait(20.0) == ExitCode.PROCESS_FAILED
         said = child.communicate()[1].strip()
     assert said.startswith('error: the folder')
     assert 'is not empty' in said

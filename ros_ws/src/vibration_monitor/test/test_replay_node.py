@@ -25,6 +25,7 @@ from recording_support import (
     stamp_of,
 )
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import from_cdr, ros_class
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import RecordingWriter
@@ -226,7 +227,7 @@ def test_a_type_that_is_not_installed_ends_in_one_sentence(
         writer.add_message(writer.register_channel('/thing', 'cdr', schema), 1, bytes(12), 1)
         writer.finish()  # type: ignore[no-untyped-call]
     with replaying(path, ros_environment) as child:
-        assert child.wait(30.0) == ros.EXIT_FAILED
+        assert child.wait(30.0) == ExitCode.PROCESS_FAILED
         said = child.communicate()[1].strip()
     assert said == (
         "error: /thing has type 'foreign_msgs/msg/Thing', which is not installed here; name the "

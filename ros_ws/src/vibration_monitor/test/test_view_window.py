@@ -60,9 +60,12 @@ def viewer_of(child: subprocess.Popen[str]) -> psutil.Process:
     return found
 
 
-def test_a_recording_opens_on_the_views_and_ctrl_c_closes_it(
-    tmp_path: Path, environment: dict[str, str]
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_recording_opens_on_the_views_and_a_signal_closes_it(
+    tmp_path: Path, environment: dict[str, str], number: signal.Signals
 ) -> None:
+    environment['TMPDIR'] = str(tmp_path / 'temp')
+    (tmp_path / 'temp').mkdir()
     recording = tmp_path / 'flight.mcap'
     with RecordingWriter.single_file(recording) as writer:
         for topic, stamp_ns, message in view_flight.flight(1.0):
@@ -87,9 +90,10 @@ def test_a_recording_opens_on_the_views_and_ctrl_c_closes_it(
             return {view.name for view in state.views} if at_the_end else set()
 
         assert until(lambda: views_at_the_end() == set(EXPECTED))
-        child.send_signal(signal.SIGINT)
+        child.send_signal(number)
         assert child.wait(30.0) != 0
         assert not psutil.pid_exists(viewer.pid)
+    assert list((tmp_path / 'temp').iterdir()) == []
 
 
 def test_the_node_ends_when_the_user_closes_the_window(environment: dict[str, str]) -> None:

@@ -2,9 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The view of a recording: in a window, as a rerun file, as a picture."""
 
+import contextlib
 import os
 import shutil
+import signal
+import sys
 import tempfile
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import rerun as rr
@@ -51,7 +56,7 @@ def view_recording(
         viewer.require_screen()
     recording = Recording(path)
     beside = None if save is None else save.absolute().parent
-    with tempfile.TemporaryDirectory(prefix='rotor-rig-view-', dir=beside) as folder:
+    with _cleaned_up(), tempfile.TemporaryDirectory(prefix='rotor-rig-view-', dir=beside) as folder:
         file = Path(folder) / 'view.rrd'
         damage = convert(recording, file)
         if screenshot is not None:
@@ -111,6 +116,24 @@ def convert(recording: Recording, file: Path) -> list[str]:
         recording.note('a second run begins in this recording; only the first is shown')
     streams[0].disconnect()
     return [*recording.damage, *view.refusals]
+
+
+@contextlib.contextmanager
+def _cleaned_up() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end the viewer and remove its files, as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may handle signals
+        return
+
+    def leave(number: int, _: object) -> None:
+        sys.exit(128 + number)
+
+    before = {n: signal.signal(n, leave) for n in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _shown_topics(recording: Recording) -> dict[str, Topic]:

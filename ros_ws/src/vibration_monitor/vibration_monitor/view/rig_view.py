@@ -5,7 +5,6 @@
 import heapq
 import itertools
 import json
-import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -90,7 +89,6 @@ class RigView:
         """Start a recording; what waits for the waveform now waits for the new run's."""
         self._stream = rr.RecordingStream(
             style.APPLICATION_ID,
-            recording_id=uuid.uuid4().hex,  # else all streams of a process are one recording
             batcher_config=rr.ChunkBatcherConfig(flush_tick=LIVE_BATCH_S),
         )
         self._connect(self._stream)

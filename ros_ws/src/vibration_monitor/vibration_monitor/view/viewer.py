@@ -54,7 +54,13 @@ class Viewer:
         with self._words.open('wb') as words:
             self._process = subprocess.Popen(
                 [_executable(), '--bind', LOOPBACK, '--port', str(port), *arguments],
-                env=os.environ | _SILENCE | {'XDG_CONFIG_HOME': str(folder)} | environment,
+                env={
+                    **os.environ,
+                    **_SILENCE,
+                    'XDG_CONFIG_HOME': str(folder),
+                    'TMPDIR': str(folder),  # it leaves a folder there when it is ended
+                    **environment,
+                },
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=words,
