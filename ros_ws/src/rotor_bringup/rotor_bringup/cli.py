@@ -5,6 +5,7 @@
 import json
 import math
 import sys
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -113,8 +114,7 @@ def run(
             console.print(f'lost:      {result.state.lost} samples', style='bold red')
         for what, verb in (('view it:  ', 'view'), ('replay it:', 'replay')):
             console.print(f'{what} {program} {verb} {recording}', soft_wrap=True, highlight=False)
-    for warning in result.warnings:
-        console.print(f'warning: {warning}', style='yellow', soft_wrap=True)
+    _warn(result.warnings)
     if result.failures:
         raise ProcessError('; '.join(result.failures))
     if result.interrupted:
@@ -181,8 +181,7 @@ def analyze(
     analysis = analyze_recording(file)
     if out is not None:
         save_windows(analysis, out)
-    for sentence in analysis.damage:
-        console.print(f'warning: {sentence}', style='yellow', soft_wrap=True)
+    _warn(analysis.damage)
     if as_json:
         _print_json(analysis.summary())
         return
@@ -204,7 +203,7 @@ def view(
     """Show a recording in rerun: plots, orbit, spectra and the rig in 3-D."""
     from vibration_monitor.view import view_recording
 
-    view_recording(file, save=save, screenshot=screenshot)
+    _warn(view_recording(file, save=save, screenshot=screenshot))
 
 
 @scenario_app.command('list')
@@ -252,6 +251,13 @@ def _new_bag_folder(parent: Path, name: str) -> Path:
     stem = f'{name}-{datetime.now(UTC):%Y%m%d-%H%M%S}'
     candidates = [parent / stem, *(parent / f'{stem}-{number}' for number in range(2, 100))]
     return next(folder for folder in candidates if not folder.exists()).absolute()
+
+
+def _warn(sentences: Iterable[str]) -> None:
+    for sentence in sentences:
+        console.print(
+            f'warning: {sentence}', style='yellow', soft_wrap=True, highlight=False, markup=False
+        )
 
 
 def _as_typed(path: Path) -> str:
