@@ -20,10 +20,10 @@ _domains = itertools.count(os.getpid())
 
 
 def private_environment(log_folder: Path) -> dict[str, str]:
-    """Return an environment with a ROS domain of its own, on loopback."""
+    """Return an environment with a ROS domain of its own (60 to 99), on loopback."""
     return {
         **os.environ,
-        'ROS_DOMAIN_ID': str(1 + next(_domains) % 100),
+        'ROS_DOMAIN_ID': str(60 + next(_domains) % 40),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }

@@ -5,6 +5,7 @@
 This is the only module of the package that imports rclpy.
 """
 
+import functools
 import os
 import signal
 import sys
@@ -75,7 +76,7 @@ def subscription(
     return node.create_subscription(
         messages.ros_class(topic.type),
         topic.name,
-        callback,
+        _guarded(node, callback),
         qos(topic, subscribe=True),
         raw=raw,
     )
@@ -84,7 +85,7 @@ def subscription(
 def timer(node: Node, period_s: float, callback: Callable[[], None]) -> Any:
     """Return a timer on the steady clock: it must not wait for the /clock that it may drive."""
     clock = Clock(clock_type=ClockType.STEADY_TIME)
-    return node.create_timer(period_s, callback, clock=clock)
+    return node.create_timer(period_s, _guarded(node, callback), clock=clock)
 
 
 class Progress:
@@ -220,17 +221,20 @@ def run(
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: signals.append(received))
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[RigNode] = []
     code = ExitCode.DONE
     try:
+        _initialise(arguments)
         executor = EventsExecutor()
         nodes.extend(create())
         for node in nodes:
             executor.add_node(cast(Node, node))
-        while not signals and not any(node.is_done() for node in nodes):
+        while not signals and not any(_failure(node) or node.is_done() for node in nodes):
             executor.spin_once(IDLE_S)
-        _finish(executor, nodes)
+        failures = [failure for node in nodes if (failure := _failure(node))]
+        _finish(executor, [node for node in nodes if not _failure(node)])
+        if failures:
+            raise failures[0]
         if has_end and not any(node.is_done() for node in nodes):
             code = ExitCode.INTERRUPTED
     except ConfigError as error:
@@ -246,6 +250,38 @@ def run(
     return code
 
 
+def _initialise(arguments: Sequence[str] | None) -> None:
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here
+        reason = str(error).splitlines()[0]
+        raise ConfigError(f'the ROS arguments cannot be understood: {reason}') from None
+
+
+def _guarded(node: Node, callback: Callable[..., None]) -> Callable[..., None]:
+    """Return `callback` with a RigError kept for the run loop: rclpy would print a traceback.
+
+    A node that has failed hears nothing more.
+    """
+
+    @functools.wraps(callback)
+    def call(*arguments: Any) -> None:
+        if _failure(node):
+            return
+        try:
+            callback(*arguments)
+        except RigError as error:
+            node.rig_failure = error
+
+    return call
+
+
+def _failure(node: Any) -> RigError | None:
+    """Return what went wrong in a callback of a node, None where nothing did."""
+    failure: RigError | None = getattr(node, 'rig_failure', None)
+    return failure
+
+
 def _finish(executor: EventsExecutor, nodes: Sequence[RigNode]) -> None:
     """Handle what has arrived, then let every node finish; nothing new begins."""
     for node in nodes:
@@ -256,7 +292,7 @@ def _finish(executor: EventsExecutor, nodes: Sequence[RigNode]) -> None:
         node.finish()
 
 
-def spin_until_quiet(executor: EventsExecutor, limit_s: float = 5.0) -> None:
+def spin_until_quiet(executor: EventsExecutor, limit_s: float = 2.0) -> None:
     """Handle what has arrived: spin until nothing comes for IDLE_S, at most `limit_s`."""
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:

@@ -107,7 +107,7 @@ def private_ros(log_folder: Path) -> dict[str, str]:
     Domains above 100 would use ports that Linux hands out to others.
     """
     return {
-        'ROS_DOMAIN_ID': str(20 + next(_domains) % 80),
+        'ROS_DOMAIN_ID': str(20 + next(_domains) % 40),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }

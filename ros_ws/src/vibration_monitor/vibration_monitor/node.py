@@ -45,7 +45,7 @@ class MonitorNode(Node):  # type: ignore[misc]
             for topic in (topics.SPECTRUM, topics.INDICATORS, topics.ALARM, topics.DIAGNOSTICS)
         }
         self._progress = ros.Progress(self, 'vibration_monitor')
-        ros.subscription(self, topics.WAVEFORM, self._on_waveform)
+        self._source = ros.subscription(self, topics.WAVEFORM, self._on_waveform)
         self._last_block_s = math.inf
         self._last_stamp_ns = 0
         ros.timer(self, SILENCE_S / 2, self._watch_source)
@@ -53,7 +53,8 @@ class MonitorNode(Node):  # type: ignore[misc]
 
     def _report_ready(self) -> None:
         """Report ready once the source and every expected listener have matched."""
-        heard = self.count_publishers(topics.WAVEFORM.name) > 0
+        # count_publishers would not do: it knows of publishers that do not reach us yet
+        heard = self._source.get_publisher_count() > 0
         listened = all(
             publisher.get_subscription_count() >= self._listeners
             for publisher in self._publishers_of.values()

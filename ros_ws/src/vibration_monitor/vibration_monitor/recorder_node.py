@@ -6,12 +6,10 @@ import sys
 import time
 from functools import partial
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter
@@ -33,7 +31,6 @@ class RecorderNode(Node):  # type: ignore[misc]
         )
         if not path:
             raise ConfigError('path is empty; it must be the folder of the bag, new or empty')
-        self._failure: RigError | None = None
         known = [topic.name for topic in topics.TOPICS]
         for expected in filter(None, expect):
             if expected not in known:
@@ -47,30 +44,16 @@ class RecorderNode(Node):  # type: ignore[misc]
             for topic in topics.TOPICS
         }
         self._expected = [inputs[expected] for expected in filter(None, expect)]
-        clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(FLUSH_PERIOD_S, self._flush, clock=clock)
-        self.create_timer(DIAGNOSE_S, self._diagnose, clock=clock)
-        self._ready_timer = self.create_timer(READY_CHECK_S, self._report_ready, clock=clock)
+        ros.timer(self, FLUSH_PERIOD_S, self._writer.flush)
+        ros.timer(self, DIAGNOSE_S, self._diagnose)
+        self._ready_timer = ros.timer(self, READY_CHECK_S, self._report_ready)
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        if self._failure is not None:
-            return
-        # An error that left a callback would be logged with a traceback; is_done raises it.
-        try:
-            stamp_ns = self._stream.take(topic, data, time.time_ns())
-            # here too: a flood of messages must not keep the timer from its turn
-            self._writer.flush_if_due()
-        except RigError as error:
-            self._failure = error
-            return
+        stamp_ns = self._stream.take(topic, data, time.time_ns())
+        # here too: a flood of messages must not keep the timer from its turn
+        self._writer.flush_if_due()
         if topic is topics.WAVEFORM:
             self._progress.report(stamp_ns)
-
-    def _flush(self) -> None:
-        try:
-            self._writer.flush()
-        except RigError as error:
-            self._failure = error
 
     def _report_ready(self) -> None:
         # count_publishers would not do: it knows of publishers that do not reach us yet
@@ -92,9 +75,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         )
 
     def is_done(self) -> bool:
-        """Say no, the recorder listens until a signal; raises what went wrong."""
-        if self._failure is not None:
-            raise self._failure
+        """Say no: the recorder listens until a signal."""
         return False
 
     def finish(self) -> None:

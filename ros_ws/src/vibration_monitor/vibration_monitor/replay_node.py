@@ -8,14 +8,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import RigError
+from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import ROS
 from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Connection, RecordedMessage, Recording
@@ -34,7 +32,6 @@ MESSAGES_PER_TICK = 256
 
 CLOCK_STEP_NS = 10_000_000
 LATE_S = 0.02
-EXIT_INTERRUPTED = 130
 
 
 class ReplayNode(Node):  # type: ignore[misc]
@@ -63,8 +60,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         self._next: RecordedMessage | None = None
         self._clock_ns = 0
         self._is_done = False
-        self._failure: RigError | None = None
-        self.create_timer(TICK_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        ros.timer(self, TICK_S, self._tick)
 
     def _output(self, connection: Connection) -> Any:
         try:
@@ -81,14 +77,10 @@ class ReplayNode(Node):  # type: ignore[misc]
         return self.create_publisher(kind, connection.topic, profile)
 
     def _tick(self) -> None:
-        # An error that left a callback would be logged with a traceback; is_done raises it.
-        try:
-            if self._schedule is None:
-                self._start_if_heard()
-            else:
-                self._publish_due(self._schedule)
-        except RigError as error:
-            self._failure = error
+        if self._schedule is None:
+            self._start_if_heard()
+        else:
+            self._publish_due(self._schedule)
 
     def _start_if_heard(self) -> None:
         waveform = self._recording.find(topics.WAVEFORM)
@@ -140,9 +132,7 @@ class ReplayNode(Node):  # type: ignore[misc]
             self._clock_output.publish(messages.clock(ROS, log_time_ns))
 
     def is_done(self) -> bool:
-        """Say whether the last message is out; raises what went wrong."""
-        if self._failure is not None:
-            raise self._failure
+        """Say whether the last message is out."""
         return self._is_done
 
     def finish(self) -> None:
@@ -203,10 +193,9 @@ def replay(
         nodes.append(ReplayNode(recording, options))
         return nodes
 
-    code = ros.run(create)
+    code = ros.run(create, has_end=True)
     for sentence in recording.damage:
         sys.stderr.write(f'warning: {sentence}\n')
-    if code:
-        return code
-    sys.stdout.write(f'{nodes[0].summary()}\n')
-    return 0 if nodes[0].is_done() else EXIT_INTERRUPTED
+    if code in (ExitCode.DONE, ExitCode.INTERRUPTED):
+        sys.stdout.write(f'{nodes[0].summary()}\n')
+    return code
