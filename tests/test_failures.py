@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+
 from rig_support import Rig
 from vibration_monitor.reading import Recording
 
