@@ -167,19 +167,35 @@ def imu(
     variance_m2_s4: float,
 ) -> Any:
     """Return sensor_msgs/Imu with specific force only (REP-145); -1 marks what is not measured."""
-    not_measured = np.zeros(9)
-    not_measured[0] = -1.0
+    orientation, angular_velocity, not_measured = _unmeasured(factory)  # type: ignore[arg-type]
     x, y, z = specific_force_m_s2
     return factory.new(
         'sensor_msgs/msg/Imu',
         header=header(factory, stamp_ns, frame_id),
-        orientation=factory.new('geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=0.0, w=1.0),
+        orientation=orientation,
         orientation_covariance=not_measured,
-        angular_velocity=factory.new('geometry_msgs/msg/Vector3', x=0.0, y=0.0, z=0.0),
+        angular_velocity=angular_velocity,
         angular_velocity_covariance=not_measured,
         linear_acceleration=factory.new('geometry_msgs/msg/Vector3', x=x, y=y, z=z),
-        linear_acceleration_covariance=np.diag([variance_m2_s4] * 3).ravel(),
+        linear_acceleration_covariance=_covariance(variance_m2_s4),
     )
+
+
+@functools.cache
+def _unmeasured(factory: MessageFactory) -> tuple[Any, Any, NDArray[np.float64]]:
+    """Return orientation, angular velocity and covariance of what an accelerometer lacks."""
+    covariance = np.zeros(9)
+    covariance[0] = -1.0
+    return (
+        factory.new('geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=0.0, w=1.0),
+        factory.new('geometry_msgs/msg/Vector3', x=0.0, y=0.0, z=0.0),
+        covariance,
+    )
+
+
+@functools.lru_cache(maxsize=16)
+def _covariance(variance_m2_s4: float) -> NDArray[np.float64]:
+    return np.diag([variance_m2_s4] * 3).ravel()
 
 
 def diagnostics(

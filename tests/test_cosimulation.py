@@ -1,0 +1,186 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulator as a process among foreign nodes: grid, holes, frames, credits, deadlines."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rotor_interfaces import messages, topics
+from rotor_interfaces.messages import ROS, stamp_ns
+from rotor_interfaces.waveform import decode
+
+pytestmark = pytest.mark.slow
+EPOCH_NS = 1_800_000_000_123_456_789
+STEP_NS = 10_000_000
+BLOCK_NS = 25_000_000
+
+
+class Bench:
+    """Plays generator and consumer to one rotor_sim process."""
+
+    def __init__(self, domain: dict[str, str], **parameters: Any) -> None:
+        import rclpy
+        from rclpy.context import Context
+        from rclpy.experimental.events_executor import EventsExecutor
+        from rclpy.node import Node
+
+        from rotor_interfaces import ros
+
+        options = [
+            option for name, value in parameters.items() for option in ('-p', f'{name}:={value}')
+        ]
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'rotor_sim.node', '--ros-args', *options],
+            env=domain,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=int(domain['ROS_DOMAIN_ID']))
+        self.node = Node('bench', context=self._context)
+        self._load = ros.publisher(self.node, topics.MANEUVER_LOAD)
+        self.progress = ros.publisher(self.node, topics.PROGRESS)
+        self.blocks: list[Any] = []
+        self.ready = False
+        ros.subscription(self.node, topics.WAVEFORM, self.blocks.append)
+        for topic in (topics.SHAFT, topics.TRUTH, topics.CONFIG, topics.CLOCK, topics.DIAGNOSTICS):
+            ros.subscription(self.node, topic, lambda _: None)
+        for topic in (topics.BEARING_1_IMU, topics.BEARING_2_IMU):
+            ros.subscription(self.node, topic, lambda _: None)
+        ros.subscription(self.node, topics.PROGRESS, self._on_progress)
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    def _on_progress(self, message: Any) -> None:
+        self.ready |= message.frame_id == 'rotor_sim'
+
+    def spin(self, seconds: float) -> None:
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(0.02)
+
+    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, 'it never happened'
+            assert self.process.poll() is None, self.process.communicate()[0]
+            self._executor.spin_once(0.02)
+
+    def send_load(self, points: range, *, frame_id: str = 'rotor') -> None:
+        for k in points:
+            message = messages.load(ROS, EPOCH_NS + k * STEP_NS, 9.81, 0.0)
+            message.header.frame_id = frame_id
+            self._load.publish(message)
+
+    def report(self, consumed_ns: int) -> None:
+        self.progress.publish(messages.header(ROS, consumed_ns, 'slow'))
+
+    def end(self, timeout_s: float = 30.0) -> tuple[int, str]:
+        deadline = time.monotonic() + timeout_s
+        while self.process.poll() is None and time.monotonic() < deadline:
+            self._executor.spin_once(0.05)
+        return self.process.wait(1), self.process.communicate()[0]
+
+    def close(self) -> None:
+        import rclpy
+
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+Start = Callable[..., Bench]
+
+
+@pytest.fixture
+def bench(domain: dict[str, str]) -> Iterator[Start]:
+    benches: list[Bench] = []
+
+    def start(**parameters: Any) -> Bench:
+        benches.append(Bench(domain, **parameters))
+        return benches[-1]
+
+    yield start
+    for one in benches:
+        one.close()
+
+
+def test_a_hole_in_the_grid_stalls_the_run_and_ends_it_with_a_reason(bench: Start) -> None:
+    rig = bench(duration_s=10.0, rate=0.0, timeout_s=2.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(150))
+    rig.send_load(range(151, 400))
+    code, said = rig.end()
+    assert code == 3
+    assert 'maneuver/load ends before point 150' in said
+    assert 'there is a hole' in said
+    assert 'Traceback' not in said
+    # every block up to the hole came, and not one beyond it
+    assert len(rig.blocks) == 149 * STEP_NS // BLOCK_NS
+    assert stamp_ns(rig.blocks[0]) == EPOCH_NS
+
+
+def test_the_run_goes_on_when_the_grid_does(bench: Start) -> None:
+    rig = bench(duration_s=2.0, rate=0.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(100))
+    rig.spin(2.0)
+    assert 0 < len(rig.blocks) < 40
+    rig.send_load(range(100, 202))
+    code, said = rig.end()
+    assert code == 0, said
+    assert [decode(block).first_sample for block in rig.blocks] == [k * 256 for k in range(80)]
+
+
+def test_a_load_in_another_frame_is_refused(bench: Start) -> None:
+    rig = bench(duration_s=2.0, timeout_s=1.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(202), frame_id='base_link')
+    code, said = rig.end()
+    assert code == 3
+    assert "frame_id 'base_link'" in said
+    assert not rig.blocks
+
+
+def test_a_slow_consumer_is_never_left_more_than_the_window_behind(bench: Start) -> None:
+    window = 16
+    rig = bench(duration_s=3.0, rate=0.0, consumers='[slow]', window_blocks=window)
+    rig.spin(1.0)
+    rig.report(0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(302))
+    consumed = -1
+    while consumed < 119:
+        wanted = consumed + 1
+        rig.wait_for(lambda wanted=wanted: len(rig.blocks) > wanted)  # type: ignore[misc]
+        rig.spin(0.05)
+        assert len(rig.blocks) <= consumed + 1 + window + 1
+        consumed = min(consumed + 5, len(rig.blocks) - 1)
+        rig.report(stamp_ns(rig.blocks[consumed]))
+    code, said = rig.end()
+    assert code == 0, said
+    assert len(rig.blocks) == 120
+
+
+def test_a_consumer_that_never_reports_ends_the_start_with_its_name(bench: Start) -> None:
+    rig = bench(duration_s=3.0, consumers='[absent]', timeout_s=0.5)
+    code, said = rig.end()
+    assert code == 3
+    assert 'no report from absent' in said
+
+
+def test_nonsense_among_the_ros_arguments_is_one_sentence(bench: Start) -> None:
+    rig = bench(rate=-1.0)
+    code, said = rig.end()
+    assert code == 2
+    assert 'rate = -1 is out of range' in said
+    assert 'Traceback' not in said
