@@ -19,11 +19,16 @@ CLI = [sys.executable, '-m', 'rotor_bringup']
 _domains = itertools.count(os.getpid())
 
 
+def private_domain() -> str:
+    """Return a ROS domain that no other test of this session uses, 60 to 99."""
+    return str(60 + next(_domains) % 40)
+
+
 def private_environment(log_folder: Path) -> dict[str, str]:
-    """Return an environment with a ROS domain of its own (60 to 99), on loopback."""
+    """Return an environment with a ROS domain of its own on loopback."""
     return {
         **os.environ,
-        'ROS_DOMAIN_ID': str(60 + next(_domains) % 40),
+        'ROS_DOMAIN_ID': private_domain(),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }

@@ -5,6 +5,8 @@
 Every case goes through the command line's own entry point; a few also as a real process.
 """
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -38,6 +40,8 @@ SCENARIOS: dict[str, tuple[dict[str, Any], list[str]]] = {
     'duration zero': (changed(duration_s=0), ['duration_s = 0', 'above 0', '86400 s']),
     'duration text': (changed(duration_s='long'), ["duration_s = 'long'", 'number']),
     'duration NaN': (changed(duration_s=float('nan')), ['duration_s']),
+    'name with a path': (changed(name='../x'), ['name', 'letters']),
+    'block of 6 s': (changed(block_samples=65_536), ['block_samples = 65536', '2 s']),
     'seed negative': (changed(seed=-1), ['seed = -1', '0']),
     'seed fraction': (changed(seed=1.5), ['seed = 1.5', 'integer']),
     'rate too low': (changed(rate_hz=10), ['rate_hz = 10', '1000 to 200000 Hz']),
@@ -229,6 +233,52 @@ def test_yaml(
 ) -> None:
     (tmp_path / 'bad.yaml').write_text(text)
     assert_one_sentence(*command('scenario', 'check', 'bad.yaml'), wanted)
+
+
+# node module, parameters, and what the sentence must contain
+PARAMETERS: dict[str, tuple[str, list[str], list[str]]] = {
+    'duration is text': (
+        'maneuver_gen.node',
+        ['duration_s:=long'],
+        ["duration_s = 'long'", 'float'],
+    ),
+    'lead too long': ('maneuver_gen.node', ['lead_s:=100.0'], ['lead_s = 100', '0.1 to 10']),
+    'manoeuvre is no JSON': ('maneuver_gen.node', ['config:=climb'], ['JSON']),
+    'rate negative': ('rotor_sim.node', ['rate:=-1.0'], ['rate = -1', '0 to 1000']),
+    'scenario is no JSON': ('rotor_sim.node', ['scenario:=climb'], ['JSON']),
+    'crack too deep': (
+        'rotor_sim.node',
+        ['crack_stiffness_ratio:=0.9'],
+        ['crack_stiffness_ratio', '0 to 0.5'],
+    ),
+    'hop of nothing': ('vibration_monitor.node', ['hop_revolutions:=0'], ['hop_revolutions']),
+    'no folder': ('vibration_monitor.recorder_node', [], ['path is empty']),
+    'folder is a number': ('vibration_monitor.recorder_node', ['path:=3'], ['path = 3', 'str']),
+}
+
+
+@pytest.mark.parametrize('case', PARAMETERS)
+def test_node_parameter(case: str, domain: dict[str, str], tmp_path: Path) -> None:
+    module, parameters, wanted = PARAMETERS[case]
+    options = [option for parameter in parameters for option in ('-p', parameter)]
+    done = subprocess.run(
+        [sys.executable, '-m', module, '--ros-args', *options],
+        env=domain,
+        cwd=tmp_path,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert_one_sentence(done.returncode, done.stdout + done.stderr, wanted)
+
+
+@pytest.mark.parametrize('number', ['abc', '500', '-1'])
+def test_ros_domain(rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: str) -> None:
+    monkeypatch.setattr('rig_support.private_domain', lambda: number)
+    done = rig('run', '--record', tmp_path / 'recordings')
+    assert_one_sentence(done.code, done.out + done.err, [f"ROS_DOMAIN_ID = '{number}'", '232'])
 
 
 def test_as_a_real_process(rig: Rig, tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ def test_no_sample_is_missing(heard: dict[str, list[Any]]) -> None:
         block = decode(message)
         assert block.rows.dtype == WAVEFORM_DTYPE
         stream.check(block.first_sample, len(block.rows))
+    assert decode(heard['rotor/waveform'][0]).first_sample == 0
     assert stream.next_sample == DURATION_S * 10_240
     assert (stream.gaps, stream.restarts) == (0, 0)
     assert heard['summary'][0]['lost_samples'] == 0

@@ -37,7 +37,9 @@ class Source:
         self._node = Node('foreign_source', context=self._context)
         self._publisher = ros.publisher(self._node, topics.WAVEFORM)
         self.diagnostics: list[Any] = []
+        self.alarms: list[Any] = []
         ros.subscription(self._node, topics.DIAGNOSTICS, self.diagnostics.append)
+        ros.subscription(self._node, topics.ALARM, self.alarms.append)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
         self.wait_for(lambda: self._publisher.get_subscription_count() == 1)
@@ -107,3 +109,4 @@ def test_lost_and_bad_blocks_are_counted_and_silence_is_reported(source: Source)
     assert source.reports()[-1][2]['lost samples [1]'] == str(2 * BLOCK)
     source.wait_for(lambda: source.reports()[-1][0] == 3)
     assert 'no block for' in source.reports()[-1][1]
+    source.wait_for(lambda: level_of(source.alarms[-1].status[0]) == 3)

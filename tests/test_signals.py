@@ -135,9 +135,13 @@ def test_a_signal_to_the_rig_ends_everything_cleanly(
     assert_complete(rig.bag())
 
 
-def test_ctrl_c_before_the_run_has_begun(started: Start) -> None:
+@pytest.mark.parametrize('delay_s', [0.05, 0.4, 1.5])
+def test_ctrl_c_before_the_run_has_begun(started: Start, delay_s: float) -> None:
     rig = started()
-    time.sleep(1.5)
+    while not rig.children():
+        assert rig.process.poll() is None
+        time.sleep(0.01)
+    time.sleep(delay_s)
     pids = rig.children()
     rig.process.send_signal(signal.SIGINT)
     code, said = rig.finish()

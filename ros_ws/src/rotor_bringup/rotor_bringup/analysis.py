@@ -77,13 +77,21 @@ def analyze_recording(path: Path) -> Analysis:
     for window in analyze(recording, monitor):
         state.advance((window.stamp_ns - start_ns) * 1e-9)
         state.take_indicators(dict(zip(window.names, window.values, strict=True)))
-        state.take_alarm(int(window.alarm.level), '; '.join(window.alarm.reasons))
+        state.take_alarm(
+            int(window.alarm.level), '; '.join(window.alarm.reasons), state.simulated_s
+        )
         records.append(window)
     if not monitor.status()['blocks [1]']:
         raise ScenarioError(f'{path} holds no rotor/waveform, so there is nothing to analyse')
     return Analysis(
         records, state, list(recording.damage), int(monitor.status()['lost samples [1]'])
     )
+
+
+def check_windows_path(path: Path) -> None:
+    """Raise ScenarioError unless `path` ends in .json or .csv; before the long work."""
+    if path.suffix not in _WRITERS:
+        raise ScenarioError(f'--out {path} must end in {" or ".join(_WRITERS)}')
 
 
 def save_windows(analysis: Analysis, path: Path) -> None:
@@ -93,11 +101,9 @@ def save_windows(analysis: Analysis, path: Path) -> None:
         ScenarioError: another ending, or a path that cannot be written.
 
     """
-    writers = {'.json': _write_json, '.csv': _write_csv}
-    if path.suffix not in writers:
-        raise ScenarioError(f'--out {path} must end in .json or .csv')
+    check_windows_path(path)
     try:
-        writers[path.suffix](analysis, path)
+        _WRITERS[path.suffix](analysis, path)
     except OSError as error:
         raise ScenarioError(f'--out {path} cannot be written: {error.strerror}') from None
 
@@ -128,3 +134,6 @@ def _write_csv(analysis: Analysis, path: Path) -> None:
         writer = csv.DictWriter(file, list(rows[0]) if rows else ['window'])
         writer.writeheader()
         writer.writerows(rows)
+
+
+_WRITERS = {'.json': _write_json, '.csv': _write_csv}

@@ -4,6 +4,7 @@
 
 import json
 import math
+import shlex
 import sys
 from collections.abc import Iterable
 from datetime import UTC, datetime
@@ -86,15 +87,19 @@ def run(
 
         require_screen()
     folder = _new_bag_folder(record, plan.name)
-    result = run_live(
-        plan,
-        rate=rate,
-        folder=folder,
-        composed=composed,
-        view=view,
-        console=console,
-        quiet=as_json,
-    )
+    try:
+        result = run_live(
+            plan,
+            rate=rate,
+            folder=folder,
+            composed=composed,
+            view=view,
+            console=console,
+            quiet=as_json,
+        )
+    except ProcessError:
+        _say_where(folder)
+        raise
     if as_json:
         _print_json(
             {
@@ -107,13 +112,12 @@ def run(
             }
         )
     else:
-        program, recording = _as_typed(Path(sys.argv[0])), _as_typed(result.recording)
-        console.print(f'recording: {recording}', soft_wrap=True, highlight=False)
+        _say_where(folder)
         console.print(f'monitor:   {result.state.conclusion()}', soft_wrap=True, highlight=False)
         if result.state.lost:
             console.print(f'lost:      {result.state.lost} samples', style='bold red')
-        for what, verb in (('view it:  ', 'view'), ('replay it:', 'replay')):
-            console.print(f'{what} {program} {verb} {recording}', soft_wrap=True, highlight=False)
+        if folder.exists():
+            _say_what_next(folder)
     _warn(result.warnings)
     if result.failures:
         raise ProcessError('; '.join(result.failures))
@@ -141,7 +145,11 @@ def simulate(
             state.advance(simulated_s)
             for window in step.records:
                 state.take_indicators(dict(zip(window.names, window.values, strict=True)))
-                state.take_alarm(int(window.alarm.level), '; '.join(window.alarm.reasons))
+                state.take_alarm(
+                    int(window.alarm.level),
+                    '; '.join(window.alarm.reasons),
+                    (window.stamp_ns - plan.epoch_ns) * 1e-9,
+                )
             progress.update(task, completed=simulated_s)
     if as_json:
         _print_json({'scenario': plan.name, 'recording': str(out), **state.as_dict()})
@@ -176,8 +184,10 @@ def analyze(
     as_json: JsonOption = False,
 ) -> None:
     """Run the monitor over a recording: the same indicators as live."""
-    from rotor_bringup.analysis import analyze_recording, save_windows
+    from rotor_bringup.analysis import analyze_recording, check_windows_path, save_windows
 
+    if out is not None:
+        check_windows_path(out)
     analysis = analyze_recording(file)
     if out is not None:
         save_windows(analysis, out)
@@ -260,9 +270,23 @@ def _warn(sentences: Iterable[str]) -> None:
         )
 
 
+def _say_where(folder: Path) -> None:
+    """Name the recording, where the run came so far as to make one."""
+    if folder.exists():
+        console.print(f'recording: {_as_typed(folder)}', soft_wrap=True, highlight=False)
+
+
+def _say_what_next(folder: Path) -> None:
+    """Print the two commands to view and replay a recording, as they can be typed here."""
+    program, recording = _as_typed(Path(sys.argv[0])), _as_typed(folder)
+    for what, verb in (('view it:  ', 'view'), ('replay it:', 'replay')):
+        console.print(f'{what} {program} {verb} {recording}', soft_wrap=True, highlight=False)
+
+
 def _as_typed(path: Path) -> str:
     """Return a path as a person here would type it."""
-    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
+    short = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+    return shlex.quote(str(short))
 
 
 def _progress(quiet: bool) -> Progress:

@@ -13,6 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
+SEVERITY = ('STALE', 'OK', 'WARN', 'ERROR')
+"""From knowing nothing to the worst."""
+
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
 SHOWN_CHANNEL = 'disk_z'
 REFRESH_S = 0.25
@@ -29,8 +32,8 @@ class RunState:
     amplitudes_m: dict[int, float] = field(default_factory=dict)
     level: str = 'STALE'
     reasons: str = ''
-    worst_level: str = 'OK'
-    worst_reasons: str = ''
+    worst_level: str = 'STALE'
+    worst_reasons: str = 'the run ended before the first window of 64 revolutions'
     first_alarm_s: float | None = None
     windows: int = 0
     invalid_windows: int = 0
@@ -47,14 +50,13 @@ class RunState:
         self.simulated_s = max(self.simulated_s, simulated_s)
         self.wall_s = now - self._wall_start
 
-    def take_alarm(self, level: int, reasons: str) -> None:
-        """Take an alarm message; remembers the worst level and when the first alarm came."""
+    def take_alarm(self, level: int, reasons: str, time_s: float) -> None:
+        """Take an alarm that was raised at simulated time `time_s`; remembers the worst."""
         self.level, self.reasons = LEVELS[level], reasons
-        if self.level in ('WARN', 'ERROR'):
-            if self.first_alarm_s is None:
-                self.first_alarm_s = self.simulated_s
-            if LEVELS.index(self.level) > LEVELS.index(self.worst_level):
-                self.worst_level, self.worst_reasons = self.level, reasons
+        if self.level in ('WARN', 'ERROR') and self.first_alarm_s is None:
+            self.first_alarm_s = time_s
+        if SEVERITY.index(self.level) >= SEVERITY.index(self.worst_level):
+            self.worst_level, self.worst_reasons = self.level, reasons
 
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
@@ -77,10 +79,11 @@ class RunState:
 
     def conclusion(self) -> str:
         """Return in one sentence what the monitor concluded."""
-        if not self.windows:
-            return 'no conclusion: the run was too short for one window of 64 revolutions'
+        judged = self.windows - self.invalid_windows
+        if self.worst_level == 'STALE':
+            return f'no conclusion from {judged} valid windows: {self.worst_reasons}'
         if self.worst_level == 'OK':
-            return f'no alarm in {self.windows} windows'
+            return f'no alarm in {judged} windows'
         return (
             f'{self.worst_level}, first alarm at {self.first_alarm_s:.1f} s: {self.worst_reasons}'
         )

@@ -25,6 +25,7 @@ from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, ros, topics
 
+WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
 STANDARD_GRAVITY_M_S2 = 9.81
@@ -74,7 +75,8 @@ class RunWatcher(Node):  # type: ignore[misc]
 
     def _on_alarm(self, message: Any) -> None:
         status = message.status[0]
-        self._state.take_alarm(messages.level_of(status), status.message)
+        time_s = (messages.stamp_ns(message) - (self._epoch_ns or 0)) * 1e-9
+        self._state.take_alarm(messages.level_of(status), status.message, time_s)
 
     def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:
@@ -116,12 +118,13 @@ def run_live(
         os.environ.setdefault('ROS_LOG_DIR', logs)
         plans = _plans(composed=composed, view=view)
         group = ProcessGroup(plans, node_parameters(scenario, rate, folder), Path(logs))
+        ros.check_domain()
+        group.start()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        watcher = RunWatcher(scenario, state)
+        executor = EventsExecutor()
+        executor.add_node(watcher)
         try:
-            watcher = RunWatcher(scenario, state)
-            executor = EventsExecutor()
-            executor.add_node(watcher)
-            group.start()
             with Display(state, console, quiet=quiet) as display:
                 while not received and not group.has_ended(plans[0].name):
                     _spin_for(executor, 0.05)
@@ -166,10 +169,12 @@ def node_parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, 
             'duration_s': float(scenario.duration_s),
             'rate': float(rate),
             'consumers': CONSUMERS,
+            'window_blocks': _window_blocks(scenario),
         },
         'maneuver_gen': {
             'config': json.dumps(scenario.plain()['maneuver']),
             'duration_s': float(scenario.duration_s),
+            'lead_s': 2.0 + 2.0 * scenario.block_samples / scenario.rate_hz,
         },
         'vibration_monitor': {'config': scenario.monitor.model_dump_json(), 'listeners': 1},
         'recorder': {
@@ -177,6 +182,12 @@ def node_parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, 
             'expect': [topic.name for topic in topics.TOPICS if topic not in OPTIONAL_TOPICS],
         },
     }
+
+
+def _window_blocks(scenario: Scenario) -> int:
+    """Return how many blocks may be under way: the deepest queue holds them and their IMU."""
+    imu_messages = scenario.sensors.imu_rate_hz * scenario.block_samples / scenario.rate_hz
+    return max(1, min(WINDOW_BLOCKS, int(topics.BEARING_1_IMU.depth / (2 * imu_messages + 1))))
 
 
 @contextmanager

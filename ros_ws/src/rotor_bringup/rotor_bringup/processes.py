@@ -22,6 +22,7 @@ from rotor_interfaces.exit_code import ExitCode
 
 STOP_TIMEOUT_S = 10.0
 _PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None)
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class ProcessGroup:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
-                    preexec_fn=_die_with_parent,  # noqa: PLW1509 - one system call, no threads
+                    preexec_fn=_prepare_child,  # noqa: PLW1509 - two system calls, no threads yet
                 )
 
     def pids(self) -> dict[str, int]:
@@ -124,6 +125,10 @@ def _ending(code: int) -> str:
     return 'was interrupted' if code == ExitCode.INTERRUPTED else f'ended with exit code {code}'
 
 
-def _die_with_parent() -> None:
-    """Ask Linux for SIGTERM when the parent dies, so that a killed rig leaves nobody behind."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+def _prepare_child() -> None:
+    """Ask Linux for SIGTERM when the parent dies, so that a killed rig leaves nobody behind.
+
+    Signals wait until the child's run loop listens to them (`ros.run`): none hits its imports.
+    """
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})

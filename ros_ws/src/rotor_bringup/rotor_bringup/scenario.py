@@ -20,13 +20,17 @@ from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
 
 DEFAULT_SCENARIO = 'climb_dive'
+LONGEST_BLOCK_S = 2.0
 OFFLINE_EPOCH_NS = 1_700_000_000_000_000_000
 
 
 class Scenario(RotorSimConfig):
     """Everything that a run depends on: rotor, speed, sensors, manoeuvre, monitor, length, seed."""
 
-    name: str = pydantic.Field(description='short name, used for the recording')
+    name: str = pydantic.Field(
+        pattern='^[A-Za-z0-9_-]+$',
+        description='short name of letters, digits, _ and -, used for the recording',
+    )
     description: str = pydantic.Field('', description='what the scenario shows, for people')
     duration_s: float = quantity(20.0, unit='s', description='length of the run', gt=0, le=86400)
     epoch_ns: int = quantity(
@@ -40,6 +44,11 @@ class Scenario(RotorSimConfig):
     @pydantic.model_validator(mode='after')
     def _flight_covers_the_run(self) -> Self:
         check_duration(self.maneuver, self.duration_s)
+        if self.block_samples > LONGEST_BLOCK_S * self.rate_hz:
+            raise ScenarioError(
+                f'block_samples = {self.block_samples} at rate_hz = {self.rate_hz} is longer than '
+                f'{LONGEST_BLOCK_S:g} s, more than the load is published ahead; make it shorter'
+            )
         return self
 
     def rotor_sim(self) -> RotorSimConfig:

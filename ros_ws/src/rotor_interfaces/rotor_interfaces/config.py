@@ -142,8 +142,11 @@ def describe(model: type[ConfigModel], error: pydantic.ValidationError, where: s
         else:
             text += f'; {first["msg"]}'
     else:
-        message = first['msg'].removeprefix('Input should be ').rstrip('.')
-        text = f'{key} = {_short(value)} is not allowed; it must be {message}'
+        message = first['msg'].rstrip('.').replace('Input should be ', 'it must be ')
+        message = message.replace('String should ', 'it must ')
+        text = f'{key} = {_short(value)} is not allowed; {message}'
+        if kind == 'string_pattern_mismatch' and field is not None:
+            text += f' ({field.description})'
         if field is not None and bounds_of(field):
             text += f', {range_text(field)}'
     more = len(errors) - 1

@@ -33,6 +33,7 @@ from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.topics import Topic
 
+HIGHEST_DOMAIN = 232
 IDLE_S = 0.1
 """The run loop wakes this often without a message, so that a signal is noticed."""
 
@@ -104,9 +105,20 @@ class Progress:
 
 
 def declare(node: Node, name: str, default: Any, description: str) -> Any:
-    """Declare a parameter that is fixed once the node runs; return its value."""
-    descriptor = ParameterDescriptor(description=description, read_only=True)
-    return node.declare_parameter(name, default, descriptor).value
+    """Declare a parameter that is fixed once the node runs; return its value.
+
+    A whole number will do for a float. Raises ConfigError for any other type.
+    """
+    descriptor = ParameterDescriptor(description=description, read_only=True, dynamic_typing=True)
+    value = node.declare_parameter(name, default, descriptor).value
+    if isinstance(default, float) and type(value) is int:
+        value = float(value)
+    if type(value) is not type(default):
+        raise ConfigError(
+            f'{name} = {value!r} is not allowed; it must be of type {type(default).__name__}, '
+            f'such as {default!r} ({description})'
+        )
+    return value
 
 
 def declare_model(
@@ -189,6 +201,9 @@ def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> Non
     """
 
     def on_set(parameters: list[Parameter]) -> SetParametersResult:
+        if len(parameters) > 1:
+            # applied one by one they would not be atomic: a later refusal came too late
+            return SetParametersResult(successful=False, reason='set one parameter at a time')
         for parameter in parameters:
             if parameter.name not in apply:
                 return SetParametersResult(
@@ -221,6 +236,8 @@ def run(
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: signals.append(received))
+    # whoever started this process may have held signals back until somebody listens
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     nodes: list[RigNode] = []
     code = ExitCode.DONE
     try:
@@ -237,12 +254,10 @@ def run(
             raise failures[0]
         if has_end and not any(node.is_done() for node in nodes):
             code = ExitCode.INTERRUPTED
-    except ConfigError as error:
-        sys.stderr.write(f'error: {error}\n')
-        code = ExitCode.BAD_INPUT
     except RigError as error:
         sys.stderr.write(f'error: {error}\n')
-        code = ExitCode.PROCESS_FAILED
+        # the rig's errors about given values are ValueErrors too
+        code = ExitCode.BAD_INPUT if isinstance(error, ValueError) else ExitCode.PROCESS_FAILED
     finally:
         for node in nodes:
             node.destroy_node()
@@ -250,7 +265,18 @@ def run(
     return code
 
 
+def check_domain() -> None:
+    """Raise ConfigError where ROS_DOMAIN_ID is no DDS domain; rclpy would print a traceback."""
+    domain = os.environ.get('ROS_DOMAIN_ID', '')
+    if domain and not (domain.isdecimal() and int(domain) <= HIGHEST_DOMAIN):
+        raise ConfigError(
+            f'ROS_DOMAIN_ID = {domain!r} is not allowed; it must be a whole number from 0 to '
+            f'{HIGHEST_DOMAIN}'
+        )
+
+
 def _initialise(arguments: Sequence[str] | None) -> None:
+    check_domain()
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here

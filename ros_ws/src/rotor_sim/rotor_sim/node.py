@@ -44,10 +44,10 @@ class RotorSimNode(Node):  # type: ignore[misc]
         text = ros.declare(
             self, 'config', '', 'rotor part of a scenario as JSON; empty: the defaults'
         )
-        self._scenario = json.loads(
+        self._scenario = _json(
             ros.declare(self, 'scenario', '{}', 'the whole scenario as JSON, for rotor/config')
         )
-        self._versions = json.loads(ros.declare(self, 'versions', '{}', 'versions as JSON'))
+        self._versions = _json(ros.declare(self, 'versions', '{}', 'versions as JSON'))
         duration_s = ros.declare(self, 'duration_s', 20.0, 'length of the run [s]')
         self._rate: float = ros.declare(
             self, 'rate', 1.0, 'multiple of real time; 0: as fast as the consumers keep up'
@@ -137,7 +137,13 @@ class RotorSimNode(Node):  # type: ignore[misc]
         return apply
 
     def _publish_config(self) -> None:
-        scenario = {**self._scenario, 'changes': self._changes}
+        # the configuration in force, parameter overrides included
+        scenario = {
+            **self._scenario,
+            **self._config.model_dump(mode='json'),
+            'duration_s': self._end_sample / self._config.rate_hz,
+            'changes': self._changes,
+        }
         self._publishers_of[topics.CONFIG].publish(config_message(ROS, scenario, self._versions))
 
     # -- incoming ---------------------------------------------------------------------------
@@ -327,6 +333,16 @@ class RotorSimNode(Node):  # type: ignore[misc]
         """Wait until what was published has been acknowledged."""
         for publisher in self._publishers_of.values():
             publisher.wait_for_all_acked(Duration(seconds=1.0))
+
+
+def _json(text: str) -> dict[str, Any]:
+    try:
+        data = json.loads(text)
+    except ValueError as error:
+        raise ConfigError(f'a parameter is not valid JSON: {error}') from None
+    if not isinstance(data, dict):
+        raise ConfigError(f'a parameter must hold a JSON object, not {text[:40]!r}')
+    return data
 
 
 def main(args: list[str] | None = None) -> int:

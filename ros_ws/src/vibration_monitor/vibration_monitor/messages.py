@@ -11,7 +11,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, MessageFactory
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import WaveformBlock, encode
-from vibration_monitor.detection import AlarmState
+from vibration_monitor.detection import AlarmState, Level
 from vibration_monitor.indicators import OrderSpectrum
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
@@ -40,9 +40,13 @@ class MonitorMessages:
                 yield self._alarm_message(record.stamp_ns, record.alarm)
         second = stamp_ns // NANOSECONDS
         alarm = monitor.alarm
-        if second > self._alarm_second or (self._alarm and alarm.level is not self._alarm.level):
+        if second != self._alarm_second or (self._alarm and alarm.level is not self._alarm.level):
             self._alarm_second = second
             yield self._alarm_message(stamp_ns, alarm)
+
+    def of_silence(self, stamp_ns: int, text: str) -> Outgoing:
+        """Return the alarm of a source that has fallen silent: nothing is known any more."""
+        return self._alarm_message(stamp_ns, AlarmState(Level.STALE, (text,)))
 
     def _window(self, record: IndicatorRecord) -> Iterator[Outgoing]:
         stamp = record.stamp_ns

@@ -81,7 +81,10 @@ class MonitorNode(Node):  # type: ignore[misc]
         """Say so when the source falls silent: no block, no other report."""
         silence_s = time.monotonic() - self._last_block_s
         if silence_s > SILENCE_S:
-            self._publish_diagnostics(Level.STALE, f'no block for {silence_s:.0f} s')
+            text = f'no block for {silence_s:.0f} s'
+            self._publish_diagnostics(Level.STALE, text)
+            topic, _, alarm = self._messages.of_silence(self._last_stamp_ns, text)
+            self._publishers_of[topic].publish(alarm)
 
     def _diagnose(self, stamp_ns: int) -> None:
         """Publish /diagnostics once a second of data."""
@@ -89,6 +92,9 @@ class MonitorNode(Node):  # type: ignore[misc]
         if second == self._diagnostic_second:
             return
         self._diagnostic_second = second
+        self._report_stream()
+
+    def _report_stream(self) -> None:
         lost = self._refused_blocks + int(self._monitor.status()['lost samples [1]'])
         if lost:
             self._publish_diagnostics(Level.WARN, 'samples or blocks lost')
@@ -112,7 +118,8 @@ class MonitorNode(Node):  # type: ignore[misc]
         return False
 
     def finish(self) -> None:
-        """Wait until what was published has been acknowledged."""
+        """Report a last time and wait until what was published has been acknowledged."""
+        self._report_stream()
         for publisher in self._publishers_of.values():
             publisher.wait_for_all_acked(Duration(seconds=1.0))
 

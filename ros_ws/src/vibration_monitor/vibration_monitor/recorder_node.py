@@ -6,6 +6,7 @@ import sys
 import time
 from functools import partial
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
@@ -79,7 +80,9 @@ class RecorderNode(Node):  # type: ignore[misc]
         return False
 
     def finish(self) -> None:
-        """Finalise the recording; raises RecordingError."""
+        """Report a last time and finalise the recording; raises RecordingError."""
+        self._diagnose()
+        self._diagnostics.wait_for_all_acked(Duration(seconds=1.0))
         self._stream.finish()
         self._writer.close()
 
