@@ -128,3 +128,25 @@ def test_recorded_live_indicators_are_those_of_the_analysis(live: LiveRuns) -> N
     ]
     assert len(computed) > 5
     assert published == computed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('block_samples', [64, 205, 1000])
+def test_live_indicators_do_not_depend_on_the_block_size(
+    noisy: Path, live: LiveRuns, tmp_path: Path, block_samples: int
+) -> None:
+    scenario = yaml.safe_load(noisy.read_text()) | {'block_samples': block_samples}
+    path = tmp_path / 'blocks.yaml'
+    path.write_text(yaml.safe_dump(scenario))
+    run = live(path, '--rate', 0)
+    published = [
+        message.position.tobytes()
+        for _, message in recorded(Recording(run.folder), topics.INDICATORS)
+    ]
+    expected = [
+        record.values.tobytes()
+        for step in simulate(load_scenario(str(noisy)))
+        for record in step.records
+    ]
+    assert len(expected) > 5
+    assert published == expected
