@@ -20,10 +20,12 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
+from rig_support import LiveRuns
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
+from vibration_monitor.reading import Recording
 from vibration_monitor.recording import RecordingWriter
 
 EPOCH_NS = 1_800_000_000 * NANOSECONDS
@@ -146,3 +148,23 @@ def test_reruns_importer(file: Path, tmp_path: Path) -> None:
         # /position and the like: parts of a message stand below the topic's entity
         topic = max((name for name in COUNTS if f'{entity}/'.startswith(f'{name}/')), key=len)
         assert count == COUNTS[topic], (entity, columns)
+
+
+@pytest.mark.slow
+def test_a_live_recording_reads_alike_everywhere(live: LiveRuns) -> None:
+    """Bytes as DDS delivered them, not as our offline writer lays them out."""
+    bag = live('climb_dive', '--duration', '6', '--rate', 0).folder
+    ours = Counter(Recording(bag).message_counts)
+    assert ours['/rotor/waveform'] == 240
+    decoded: Counter[str] = Counter()
+    with (bag / f'{bag.name}_0.mcap').open('rb') as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for _, channel, _, _ in reader.iter_decoded_messages():
+            decoded[channel.topic] += 1
+    assert decoded == ours
+    read: Counter[str] = Counter()
+    with AnyReader([bag]) as rosbag:
+        for connection, _, data in rosbag.messages():
+            rosbag.deserialize(data, connection.msgtype)
+            read[connection.topic] += 1
+    assert read == ours
