@@ -132,7 +132,7 @@ class Display:
         if self._live is not None:
             self._live.update(self._table(), refresh=True)
         elif self._state.simulated_s > 0.0:
-            self._console.print(self._line(), highlight=False)
+            self._console.print(self._line(), highlight=False, soft_wrap=True)
 
     def _amplitudes(self) -> str:
         state = self._state

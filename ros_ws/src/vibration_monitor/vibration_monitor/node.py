@@ -20,7 +20,7 @@ from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import VibrationMonitor
 
 READY_CHECK_S = 0.05
-SILENCE_S = 2.0
+SILENCE_S = 5.0
 """A source that was heard and then says nothing for so long is reported."""
 
 
