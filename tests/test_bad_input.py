@@ -143,6 +143,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     'NaN rate': (['run', '--rate', 'nan'], ['--rate nan']),
     'negative duration': (['run', '--duration=-5'], ['duration_s = -5']),
     'rate is text': (['run', '--rate', 'fast'], ['--rate', 'number']),
+    'record into a file': (['run', '--record', 'empty.mcap'], ['--record empty.mcap']),
     'unknown option': (['run', '--fast'], ['--fast']),
     'unknown command': (['fly'], ['fly']),
     'no output named': (['simulate'], ['--out']),

@@ -4,6 +4,7 @@
 
 import json
 import math
+import os
 import shlex
 import sys
 from collections.abc import Iterable
@@ -18,7 +19,7 @@ from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 from rich.table import Table
 from typer.core import TyperGroup
 
-from rotor_bringup.errors import ProcessError
+from rotor_bringup.errors import ProcessError, ScenarioError
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -257,7 +258,16 @@ def _load(source: str, duration: float | None) -> Scenario:
 
 
 def _new_bag_folder(parent: Path, name: str) -> Path:
-    """Return a folder name that does not exist yet; the recorder makes the folder."""
+    """Return a folder name that does not exist yet; the recorder makes the folder.
+
+    Raises ScenarioError where nothing can be written into `parent`.
+    """
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f'--record {parent} cannot be made: {error.strerror}') from None
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise ScenarioError(f'--record {parent} cannot be written to; choose another folder')
     stem = f'{name}-{datetime.now(UTC):%Y%m%d-%H%M%S}'
     candidates = [parent / stem, *(parent / f'{stem}-{number}' for number in range(2, 100))]
     return next(folder for folder in candidates if not folder.exists()).absolute()
