@@ -11,3 +11,7 @@ class RotorError(RigError, ValueError):
 
 class IntegrationError(RigError):
     """The equations could not be solved: no equilibrium, or a state that left the model."""
+
+
+class AnalysisError(RigError, ValueError):
+    """An analysis that cannot be made as asked: a range, a step or a folder that does not serve."""

@@ -211,6 +211,13 @@ class RotorParameters(ConfigModel):
         return self.ball_count * self.cage_ratio
 
     @property
+    def breathing_jumps(self) -> bool:
+        """Whether f jumps as the rotor moves; in `derived` it is continuous."""
+        return (
+            self.theta_convention != 'continuous' or self.phase_convention == 'arctan_y_over_z'
+        ) and self.crack_stiffness_ratio > 0.0
+
+    @property
     def bearing_crack_scale(self) -> float:
         """Factor on dk in the bearing equations: crack_scale, over m/m_b where n is left out."""
         if self.bearing_crack_mass_ratio:

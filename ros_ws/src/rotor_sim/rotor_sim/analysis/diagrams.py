@@ -1,0 +1,422 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Orbit diagrams, spectrum waterfalls, exponents and Poincare sections of the cracked rotor.
+
+Every function takes a rotor and keyword arguments in SI; `speed_rad_s` and `load_factor` may be
+left out where the sweep runs over them. Sweeps take `over`, a parameter's name (see `sweep`), and
+its `values`. Results are in frame `rotor` and SI; `length_scale_m` makes them dimensionless.
+"""
+
+import concurrent.futures
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rotor_sim.analysis.cache import ResultCache
+from rotor_sim.analysis.ensemble import (
+    Array,
+    Ensemble,
+    OperatingPoint,
+    fixed_start,
+    steps_needed,
+)
+from rotor_sim.analysis.lyapunov import estimate, two_trajectory_growth
+from rotor_sim.analysis.motion import classify
+from rotor_sim.analysis.survey import (
+    ALIASES,
+    ALIGNMENT,
+    SAMPLES,
+    Plan,
+    Survey,
+    survey,
+    sweep,
+    tangent_growth,
+)
+from rotor_sim.errors import AnalysisError
+from rotor_sim.parameters import RotorParameters
+
+Direction = Literal['fixed', 'up', 'down']
+Method = Literal['tangent', 'two_trajectories']
+
+SEPARATION = 1e-8
+"""Distance of the two trajectories over the static deflection."""
+BAND = 8.0
+"""Orders of a waterfall unless asked otherwise."""
+
+
+@dataclass(frozen=True)
+class OrbitDiagram:
+    """Stroboscopic displacements of the disk over a parameter.
+
+    `values` (n,) of `over` in `unit`; `y`, `z` (n, revolutions) in m at tau = 2 pi j;
+    `length_scale_m` (n,); `label` (n,) of the motion; `converged` (n,): the same with half the
+    step (never for a continuation, which is not repeated); `direction`: 'fixed', the same start
+    at every value, or continuation 'up' or 'down' the values, each from where the last ended.
+    """
+
+    over: str
+    unit: str
+    values: Array
+    y: Array
+    z: Array
+    length_scale_m: Array
+    label: NDArray[np.str_]
+    converged: NDArray[np.bool_]
+    steps_per_revolution: NDArray[np.int64]
+    direction: Direction
+
+
+@dataclass(frozen=True)
+class Waterfall:
+    """Amplitude spectra over a parameter: `amplitude_y`, `amplitude_z` (n, b) in m.
+
+    `orders` (b,) and `frequency_rad_s` (n, b), the order times the speed; one-sided, zero-to-peak
+    amplitudes after a Hann window, mean removed.
+    """
+
+    over: str
+    unit: str
+    values: Array
+    orders: Array
+    frequency_rad_s: Array
+    amplitude_y: NDArray[np.float32]
+    amplitude_z: NDArray[np.float32]
+    length_scale_m: Array
+    converged: NDArray[np.bool_]
+    window: str = 'hann'
+    scaling: str = 'zero-to-peak'
+
+
+@dataclass(frozen=True)
+class LyapunovDiagram:
+    """Largest exponents (n,) per unit tau over a parameter, standard errors, motion's labels."""
+
+    over: str
+    unit: str
+    values: Array
+    exponent: Array
+    standard_error: Array
+    exponent_difference: Array
+    converged: NDArray[np.bool_]
+    label: NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class LyapunovExponent:
+    """Largest exponent per unit tau and its standard error; NaN if it could not be found.
+
+    `running` (revolutions kept,): the estimate as it settles. `spectrum` (12,) in descending
+    order and `spectrum_standard_error`, or None if not asked for; the direction of time is not in
+    it. Its sum is -2 (2 + 4 m/m_b) xi: what the dampers take.
+    """
+
+    exponent: float
+    standard_error: float
+    running: Array
+    spectrum: Array | None = None
+    spectrum_standard_error: Array | None = None
+
+
+@dataclass(frozen=True)
+class PoincareSection:
+    """A motion's section at tau = 2 pi j (revolutions,) and orbit (revolutions, 64), m and m/s."""
+
+    y: Array
+    z: Array
+    velocity_y: Array
+    velocity_z: Array
+    orbit_y: Array
+    orbit_z: Array
+    orbit_velocity_y: Array
+    orbit_velocity_z: Array
+    length_scale_m: float
+    label: str
+    evidence: dict[str, Any]
+
+
+def orbit_diagram(
+    parameters: RotorParameters,
+    *,
+    over: str,
+    values: ArrayLike,
+    speed_rad_s: float | None = None,
+    load_factor: float | None = None,
+    transient_revolutions: int = 1000,
+    revolutions: int = 300,
+    steps_per_revolution: int = 256,
+    initial_state: ArrayLike | None = None,
+    direction: Direction = 'fixed',
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+) -> OrbitDiagram:
+    """Return the orbit (bifurcation) diagram: the section at each value of a parameter.
+
+    `direction` 'up' and 'down' go through the values in ascending or descending order, each
+    point starting where the one before ended; the result keeps the order of `values`.
+    Raises AnalysisError or ConfigError for what cannot be computed.
+    """
+    plan = Plan(transient_revolutions, revolutions, steps_per_revolution)
+    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
+    if direction == 'fixed':
+        found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
+        return OrbitDiagram(
+            *_axis(over, values),
+            found.y,
+            found.z,
+            found.length_scale_m,
+            found.label,
+            found.converged,
+            found.steps_per_revolution,
+            direction,
+        )
+    return continuation([(points, direction)], over, values, plan, initial_state)[0]
+
+
+def continuation(
+    sweeps: Sequence[tuple[Sequence[OperatingPoint], Direction]],
+    over: str,
+    values: ArrayLike,
+    plan: Plan,
+    initial_state: ArrayLike | None = None,
+) -> list[OrbitDiagram]:
+    """Return the diagrams of several sweeps over the same values, side by side in one ensemble.
+
+    A sweep is its points, one for each value, and the direction to go through them. All sweeps
+    take the steps that their most demanding point needs.
+    """
+    for _, direction in sweeps:
+        if direction not in {'up', 'down'}:
+            raise AnalysisError(
+                f"direction = {direction!r} is not known; it must be 'fixed', 'up' or 'down'"
+            )
+    axis = _axis(over, values)
+    rising = np.argsort(axis[2], kind='stable')
+    orders = [rising if direction == 'up' else rising[::-1] for _, direction in sweeps]
+    steps = max(steps_needed(p, plan.steps_per_revolution) for s, _ in sweeps for p in s)
+    states = None if initial_state is None else np.asarray(initial_state, np.float64)
+    revolution = 0
+    section = np.empty((len(sweeps), len(rising), plan.revolutions, 2))
+    for step in range(len(rising)):
+        places = [order[step] for order in orders]
+        points = [chosen[place] for (chosen, _), place in zip(sweeps, places, strict=True)]
+        ensemble = Ensemble(points, steps, states, revolution)
+        ensemble.advance(plan.transient_revolutions)
+        record = ensemble.advance(plan.revolutions, 1)
+        states, revolution = ensemble.states, ensemble.revolution
+        for number, place in enumerate(places):
+            section[number, place] = record[number, :, :2]
+            if not np.isfinite(states[number]).all():  # go on from the start, not from NaN
+                section[number, place] = np.nan
+                states[number] = fixed_start(points[number].parameters)
+    nothing = np.full(len(rising), np.nan)
+    return [
+        OrbitDiagram(
+            *axis,
+            section[number, :, :, 0],
+            section[number, :, :, 1],
+            np.array([point.parameters.length_scale_m for point in chosen]),
+            classify(section[number, :, :, 0], section[number, :, :, 1], nothing, nothing).label,
+            np.zeros(len(rising), np.bool_),
+            np.full(len(rising), steps),
+            direction,
+        )
+        for number, (chosen, direction) in enumerate(sweeps)
+    ]
+
+
+def waterfall(
+    parameters: RotorParameters,
+    *,
+    over: str,
+    values: ArrayLike,
+    speed_rad_s: float | None = None,
+    load_factor: float | None = None,
+    transient_revolutions: int = 1000,
+    revolutions: int = 300,
+    steps_per_revolution: int = 256,
+    initial_state: ArrayLike | None = None,
+    highest_order: float = BAND,
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+) -> Waterfall:
+    """Return the amplitude spectra of the disk's displacement at each value of a parameter."""
+    plan = Plan(
+        transient_revolutions, revolutions, steps_per_revolution, highest_order=highest_order
+    )
+    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
+    found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
+    speeds = np.array([point.speed_rad_s for point in points])
+    return Waterfall(
+        *_axis(over, values),
+        found.orders,
+        np.outer(speeds, found.orders),
+        found.amplitude_y,
+        found.amplitude_z,
+        found.length_scale_m,
+        found.converged,
+    )
+
+
+def lyapunov_diagram(
+    parameters: RotorParameters,
+    *,
+    over: str,
+    values: ArrayLike,
+    speed_rad_s: float | None = None,
+    load_factor: float | None = None,
+    transient_revolutions: int = 1000,
+    revolutions: int = 500,
+    steps_per_revolution: int = 256,
+    initial_state: ArrayLike | None = None,
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+) -> LyapunovDiagram:
+    """Return the largest Lyapunov exponent at each value of a parameter, from tangents."""
+    plan = Plan(
+        transient_revolutions,
+        steps_per_revolution=steps_per_revolution,
+        exponent_revolutions=revolutions,
+    )
+    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
+    found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
+    return lyapunov_view(found, over, values)
+
+
+def lyapunov_view(found: Survey, over: str, values: ArrayLike) -> LyapunovDiagram:
+    """Return the exponents of a survey over `values` of a parameter."""
+    return LyapunovDiagram(
+        *_axis(over, values),
+        found.exponent,
+        found.standard_error,
+        found.exponent_difference,
+        found.converged,
+        found.label,
+    )
+
+
+def lyapunov_exponent(
+    parameters: RotorParameters,
+    *,
+    speed_rad_s: float,
+    load_factor: float,
+    transient_revolutions: int = 1000,
+    revolutions: int = 500,
+    steps_per_revolution: int = 256,
+    initial_state: ArrayLike | None = None,
+    method: Method = 'tangent',
+    saltation: bool = True,
+    spectrum: bool = False,
+) -> LyapunovExponent:
+    """Return the largest Lyapunov exponent at one operating point, per unit tau.
+
+    `tangent` integrates the variational equations with the same steps; with `saltation` the
+    tangent jumps where the right-hand side does (all variants but `derived`). `two_trajectories`
+    follows a neighbour, SEPARATION away; between two steps it hardly ever sees a jump of the
+    right-hand side, and is not to be trusted there. `spectrum` adds all 12 exponents by QR.
+    A tenth of the revolutions is left to the tangent to align.
+    """
+    plan = Plan(
+        transient_revolutions,
+        steps_per_revolution=steps_per_revolution,
+        exponent_revolutions=revolutions,
+    )
+    point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
+    steps = steps_needed(point, plan.steps_per_revolution)
+    ensemble = Ensemble([point], steps, initial_state)
+    ensemble.advance(plan.transient_revolutions)
+    start, revolution = ensemble.states, ensemble.revolution
+    if method == 'two_trajectories':
+        logs = _two_trajectories(point, steps, start, revolution, revolutions)
+    elif method == 'tangent':
+        logs = tangent_growth(ensemble, revolutions, saltation=saltation)
+    else:
+        raise AnalysisError(
+            f"method = {method!r} is not known; it must be 'tangent' or 'two_trajectories'"
+        )
+    discard = revolutions // ALIGNMENT
+    largest = estimate(logs[:, 0, 0], 2.0 * math.pi, discard=discard)
+    everything = None
+    if spectrum:
+        crowd = Ensemble([point] * 12, steps, start, revolution)
+        logs = tangent_growth(crowd, revolutions, directions=12, saltation=saltation)
+        everything = estimate(logs[:, 0], 2.0 * math.pi, discard=discard)
+    return LyapunovExponent(
+        float(largest.exponent),
+        float(largest.standard_error),
+        largest.running,
+        everything.exponent if everything else None,
+        everything.standard_error if everything else None,
+    )
+
+
+def _two_trajectories(
+    point: OperatingPoint, steps: int, start: Array, revolution: int, revolutions: int
+) -> Array:
+    pair = Ensemble([point, point], steps, start, revolution)
+    # m/s over the speed is m/rad, the unit of the tangents
+    scale = np.repeat([1.0, point.speed_rad_s], 6)
+
+    def advance(states: Array) -> Array:
+        pair.states = states * scale
+        pair.advance(1)
+        return pair.states / scale
+
+    direction = np.random.default_rng(0).standard_normal((1, 12))
+    distance = SEPARATION * point.parameters.length_scale_m
+    result = two_trajectory_growth(
+        advance, start / scale, direction, revolutions, separation=distance
+    )
+    return result.logs
+
+
+def poincare_section(
+    parameters: RotorParameters,
+    *,
+    speed_rad_s: float,
+    load_factor: float,
+    transient_revolutions: int = 1000,
+    revolutions: int = 300,
+    steps_per_revolution: int = 256,
+    initial_state: ArrayLike | None = None,
+) -> PoincareSection:
+    """Return the section at tau = 2 pi j, the orbit between, and the motion's label (no exponent).
+
+    `evidence` holds the numbers behind the label, see `motion`.
+    """
+    Plan(transient_revolutions, revolutions, steps_per_revolution)
+    point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
+    ensemble = Ensemble([point], steps_needed(point, steps_per_revolution), initial_state)
+    ensemble.advance(transient_revolutions)
+    orbit = ensemble.advance(revolutions, SAMPLES)[0].reshape(revolutions, SAMPLES, 4)
+    section = orbit[:, 0]
+    nothing = np.full(1, np.nan)
+    motion = classify(section[np.newaxis, :, 0], section[np.newaxis, :, 1], nothing, nothing)
+    y, z, velocity_y, velocity_z = section.T
+    orbit_y, orbit_z, orbit_velocity_y, orbit_velocity_z = orbit.transpose(2, 0, 1)
+    return PoincareSection(
+        y,
+        z,
+        velocity_y,
+        velocity_z,
+        orbit_y,
+        orbit_z,
+        orbit_velocity_y,
+        orbit_velocity_z,
+        length_scale_m=parameters.length_scale_m,
+        label=str(motion.label[0]),
+        evidence={name: value[0].item() for name, value in motion.evidence.items()},
+    )
+
+
+def _axis(over: str, values: ArrayLike) -> tuple[str, str, Array]:
+    """Return the parameter's full name, its unit and the values."""
+    name = ALIASES.get(over, over)
+    units = {'speed_rad_s': 'rad/s', 'load_factor': '1'}
+    if name not in units:
+        extra = RotorParameters.model_fields[name].json_schema_extra
+        units[name] = str(extra.get('unit', '1')) if isinstance(extra, dict) else '1'
+    return name, units[name], np.asarray(values, np.float64).ravel()
