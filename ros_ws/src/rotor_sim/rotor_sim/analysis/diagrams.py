@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_sim.analysis.cache import ResultCache
+from rotor_sim.analysis.continuation import follow
 from rotor_sim.analysis.ensemble import (
     Array,
     Ensemble,
     OperatingPoint,
-    fixed_start,
     steps_needed,
 )
 from rotor_sim.analysis.lyapunov import estimate, two_trajectory_growth
@@ -31,6 +31,7 @@ from rotor_sim.analysis.survey import (
     ALIGNMENT,
     SAMPLES,
     Plan,
+    Progress,
     Survey,
     survey,
     sweep,
@@ -44,6 +45,8 @@ Method = Literal['tangent', 'two_trajectories']
 
 SEPARATION = 1e-8
 """Distance of the two trajectories over the static deflection."""
+STRIP = 4096
+"""Points of a map that are worked on at once."""
 BAND = 8.0
 """Orders of a waterfall unless asked otherwise."""
 
@@ -87,6 +90,7 @@ class Waterfall:
     amplitude_z: NDArray[np.float32]
     length_scale_m: Array
     converged: NDArray[np.bool_]
+    direction: Direction = 'fixed'
     window: str = 'hann'
     scaling: str = 'zero-to-peak'
 
@@ -106,12 +110,32 @@ class LyapunovDiagram:
 
 
 @dataclass(frozen=True)
+class ParameterMap:
+    """Results over two parameters, (n, m): rows over the first, columns over the second.
+
+    `exponent` and `standard_error` per unit tau, `label` of the motion; `order_amplitude_y` and
+    `order_amplitude_z` (n, m, 6) in m at HARMONICS and the ball-pass order; `converged`.
+    """
+
+    over: tuple[str, str]
+    units: tuple[str, str]
+    values: tuple[Array, Array]
+    exponent: Array
+    standard_error: Array
+    label: NDArray[np.str_]
+    order_amplitude_y: Array
+    order_amplitude_z: Array
+    length_scale_m: Array
+    converged: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class LyapunovExponent:
     """Largest exponent per unit tau and its standard error; NaN if it could not be found.
 
     `running` (revolutions kept,): the estimate as it settles. `spectrum` (12,) in descending
     order and `spectrum_standard_error`, or None if not asked for; the direction of time is not in
-    it. Its sum is -2 (2 + 4 m/m_b) xi: what the dampers take.
+    it. Its sum is -8 xi (1 + m/m_b), the trace of eq. (6), up to what RK4 damps of its own.
     """
 
     exponent: float
@@ -161,71 +185,75 @@ def orbit_diagram(
     """
     plan = Plan(transient_revolutions, revolutions, steps_per_revolution)
     points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
+    found = _directed(
+        points,
+        plan,
+        initial_state,
+        values=values,
+        direction=direction,
+        executor=executor,
+        cache=cache,
+    )
+    return orbit_view(found, over, values, direction)
+
+
+def orbit_view(
+    found: Survey, over: str, values: ArrayLike, direction: Direction = 'fixed'
+) -> OrbitDiagram:
+    """Return the sections of a survey over `values` of a parameter."""
+    return OrbitDiagram(
+        *_axis(over, values),
+        found.y,
+        found.z,
+        found.length_scale_m,
+        found.label,
+        found.converged,
+        found.steps_per_revolution,
+        direction,
+    )
+
+
+def _directed(
+    points: Sequence[OperatingPoint],
+    plan: Plan,
+    initial_state: ArrayLike | None,
+    *,
+    values: ArrayLike,
+    direction: Direction,
+    executor: concurrent.futures.Executor | None,
+    cache: ResultCache | None,
+) -> Survey:
+    """Survey points from one start, or one after the other up or down the values."""
     if direction == 'fixed':
-        found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
-        return OrbitDiagram(
-            *_axis(over, values),
-            found.y,
-            found.z,
-            found.length_scale_m,
-            found.label,
-            found.converged,
-            found.steps_per_revolution,
-            direction,
-        )
-    return continuation([(points, direction)], over, values, plan, initial_state)[0]
+        return survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
+    return continuation([(points, direction)], values, plan, initial_state)[0]
 
 
 def continuation(
     sweeps: Sequence[tuple[Sequence[OperatingPoint], Direction]],
-    over: str,
     values: ArrayLike,
     plan: Plan,
     initial_state: ArrayLike | None = None,
-) -> list[OrbitDiagram]:
-    """Return the diagrams of several sweeps over the same values, side by side in one ensemble.
+) -> list[Survey]:
+    """Return the surveys of several sweeps over the same values, each followed up or down.
 
-    A sweep is its points, one for each value, and the direction to go through them. All sweeps
-    take the steps that their most demanding point needs.
+    A sweep is its points, one for each value; the results keep the order of `values`. See
+    `continuation.follow`. Raises AnalysisError for an unknown direction.
     """
+    rising = np.argsort(np.asarray(values, np.float64).ravel(), kind='stable')
+    orders = []
     for _, direction in sweeps:
         if direction not in {'up', 'down'}:
             raise AnalysisError(
                 f"direction = {direction!r} is not known; it must be 'fixed', 'up' or 'down'"
             )
-    axis = _axis(over, values)
-    rising = np.argsort(axis[2], kind='stable')
-    orders = [rising if direction == 'up' else rising[::-1] for _, direction in sweeps]
-    steps = max(steps_needed(p, plan.steps_per_revolution) for s, _ in sweeps for p in s)
-    states = None if initial_state is None else np.asarray(initial_state, np.float64)
-    revolution = 0
-    section = np.empty((len(sweeps), len(rising), plan.revolutions, 2))
-    for step in range(len(rising)):
-        places = [order[step] for order in orders]
-        points = [chosen[place] for (chosen, _), place in zip(sweeps, places, strict=True)]
-        ensemble = Ensemble(points, steps, states, revolution)
-        ensemble.advance(plan.transient_revolutions)
-        record = ensemble.advance(plan.revolutions, 1)
-        states, revolution = ensemble.states, ensemble.revolution
-        for number, place in enumerate(places):
-            section[number, place] = record[number, :, :2]
-            if not np.isfinite(states[number]).all():  # go on from the start, not from NaN
-                section[number, place] = np.nan
-                states[number] = fixed_start(points[number].parameters)
-    nothing = np.full(len(rising), np.nan)
-    return [
-        OrbitDiagram(
-            *axis,
-            section[number, :, :, 0],
-            section[number, :, :, 1],
-            np.array([point.parameters.length_scale_m for point in chosen]),
-            classify(section[number, :, :, 0], section[number, :, :, 1], nothing, nothing).label,
-            np.zeros(len(rising), np.bool_),
-            np.full(len(rising), steps),
-            direction,
-        )
-        for number, (chosen, direction) in enumerate(sweeps)
-    ]
+        orders.append(rising if direction == 'up' else rising[::-1])
+    followed = follow(
+        [[points[i] for i in order] for (points, _), order in zip(sweeps, orders, strict=True)],
+        plan,
+        initial_state,
+    )
+    return [found[np.argsort(order)] for found, order in zip(followed, orders, strict=True)]
 
 
 def waterfall(
@@ -240,15 +268,27 @@ def waterfall(
     steps_per_revolution: int = 256,
     initial_state: ArrayLike | None = None,
     highest_order: float = BAND,
+    direction: Direction = 'fixed',
     executor: concurrent.futures.Executor | None = None,
     cache: ResultCache | None = None,
 ) -> Waterfall:
-    """Return the amplitude spectra of the disk's displacement at each value of a parameter."""
+    """Return the amplitude spectra of the disk's displacement at each value of a parameter.
+
+    `direction` as in `orbit_diagram`; `highest_order` at most 32.
+    """
     plan = Plan(
         transient_revolutions, revolutions, steps_per_revolution, highest_order=highest_order
     )
     points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
-    found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
+    found = _directed(
+        points,
+        plan,
+        initial_state,
+        values=values,
+        direction=direction,
+        executor=executor,
+        cache=cache,
+    )
     speeds = np.array([point.speed_rad_s for point in points])
     return Waterfall(
         *_axis(over, values),
@@ -258,6 +298,7 @@ def waterfall(
         found.amplitude_z,
         found.length_scale_m,
         found.converged,
+        direction,
     )
 
 
@@ -296,6 +337,81 @@ def lyapunov_view(found: Survey, over: str, values: ArrayLike) -> LyapunovDiagra
         found.converged,
         found.label,
     )
+
+
+def parameter_map(
+    parameters: RotorParameters,
+    *,
+    over: tuple[str, str],
+    values: tuple[ArrayLike, ArrayLike],
+    plan: Plan,
+    speed_rad_s: float | None = None,
+    load_factor: float | None = None,
+    initial_state: ArrayLike | None = None,
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+    on_progress: Progress | None = None,
+) -> ParameterMap:
+    """Return exponents, labels and amplitudes over a grid of two parameters.
+
+    Worked off in strips of STRIP points, of which only the numbers of ParameterMap are kept:
+    the memory it takes does not grow with the sections and spectra of the grid.
+    """
+    first, second = _axis(over[0], values[0]), _axis(over[1], values[1])
+    if first[0] == second[0]:
+        raise AnalysisError(f'a map over {first[0]} and {first[0]} is a line; name two parameters')
+    # each sweep needs the numbers that the other one gives
+    given = {'speed_rad_s': speed_rad_s, 'load_factor': load_factor}
+    spare = given | {name: 1.0 for name in (first[0], second[0]) if name in given}
+    rows = sweep(parameters, first[0], first[2], **spare)
+    points = [
+        point
+        for row in rows
+        for point in sweep(
+            row.parameters,
+            second[0],
+            second[2],
+            speed_rad_s=row.speed_rad_s,
+            load_factor=row.load_factor,
+        )
+    ]
+    parts = []
+    for begin in range(0, len(points), STRIP):
+
+        def report(done: int, _: int, begin: int = begin) -> None:
+            if on_progress is not None:
+                on_progress(begin + done, len(points))
+
+        found = survey(
+            points[begin : begin + STRIP],
+            plan,
+            initial_state=initial_state,
+            executor=executor,
+            cache=cache,
+            on_progress=report,
+        )
+        parts.append([getattr(found, name) for name in _MAPPED])
+    shape = (len(first[2]), len(second[2]))
+    joined = {
+        name: np.concatenate([part[index] for part in parts]) for index, name in enumerate(_MAPPED)
+    }
+    return ParameterMap(
+        (first[0], second[0]),
+        (first[1], second[1]),
+        (first[2], second[2]),
+        **{name: array.reshape(*shape, *array.shape[1:]) for name, array in joined.items()},
+    )
+
+
+_MAPPED = (
+    'exponent',
+    'standard_error',
+    'label',
+    'order_amplitude_y',
+    'order_amplitude_z',
+    'length_scale_m',
+    'converged',
+)
 
 
 def lyapunov_exponent(
@@ -358,7 +474,7 @@ def _two_trajectories(
 ) -> Array:
     pair = Ensemble([point, point], steps, start, revolution)
     # m/s over the speed is m/rad, the unit of the tangents
-    scale = np.repeat([1.0, point.speed_rad_s], 6)
+    scale: Array = np.repeat([1.0, point.speed_rad_s], 6)
 
     def advance(states: Array) -> Array:
         pair.states = states * scale

@@ -147,9 +147,9 @@ def classify(y: Array, z: Array, exponent: Array, standard_error: Array) -> Moti
     - periodic: all points repeat after 1 to LONGEST_PERIOD revolutions, exponent not positive;
     - chaotic: exponent positive by SIGNIFICANCE standard errors, and a section that is irregular:
       K near 1 or a continuous spectrum, and neither few lines nor a return;
-    - quasi-periodic: exponent not positive, and few lines or a return;
-      or a clearly negative exponent and K not near 1: where f jumps, crossings are seen a step late,
-      and that jitter blurs lines and return of a motion that is regular at any smaller step;
+    - quasi-periodic: exponent not positive, and few lines or a return; or exponent negative by
+      SIGNIFICANCE and K not near 1: where f jumps, a crossing is seen up to a step late, and that
+      jitter blurs the lines and the return of a motion that is regular with smaller steps;
     - undecided: everything else, as when section and exponent contradict each other.
     Without an exponent (or its error) the section decides, and chaos needs both K near 1 and a
     broad spectrum. The exponent of a forced quasi-periodic motion is negative, not zero.

@@ -146,11 +146,11 @@ class Survey:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __getitem__(self, part: slice) -> Self:
-        """Return the survey of some of the points."""
+    def __getitem__(self, part: slice | NDArray[np.int64]) -> Self:
+        """Return the survey of some of the points, or of all in another order."""
         return dataclasses.replace(
             self,
-            points=self.points[part],
+            points=tuple(self.points[i] for i in np.arange(len(self))[part]),
             **{name: getattr(self, name)[part] for name in _BY_POINT},
         )
 
@@ -260,6 +260,11 @@ def survey(
             if cache is not None:
                 cache.store(key, future.result())
             keep(chunk, future.result())
+    return of_arrays(points, plan, arrays)
+
+
+def of_arrays(points: Sequence[OperatingPoint], plan: Plan, arrays: Arrays) -> Survey:
+    """Return the survey of points whose arrays are complete."""
     bins = arrays['amplitude_y'].shape[1]
     return Survey(tuple(points), plan, orders=np.arange(bins) / plan.revolutions, **arrays)
 
@@ -308,11 +313,7 @@ def run_chunk(points: Sequence[OperatingPoint], plan: Plan, start: Array | None)
     steps = steps_needed(points[0], plan.steps_per_revolution)
     with np.errstate(all='ignore'):  # a diverged trajectory is NaN, and that is said by NaN
         arrays = _measure(points, steps, plan, start, finer=False)
-        section = (arrays['y'], arrays['z'])
-        motion = classify(*section, arrays['exponent'], arrays['standard_error'])
-        arrays |= {'label': motion.label, 'zero_one': motion.evidence['zero_one']}
-        arrays['steps_per_revolution'] = np.full(len(points), steps)
-        arrays |= _unchecked(len(points))
+        arrays |= judge(arrays, steps)
         if plan.check_steps:
             finer = _measure(points, 2 * steps, plan, start, finer=True)
             scale = np.array([point.parameters.length_scale_m for point in points])
@@ -333,21 +334,7 @@ def _measure(
     record = ensemble.advance(plan.revolutions, SAMPLES)
     failed = ~np.isfinite(record).all(axis=(1, 2)) | ~np.isfinite(ensemble.states).all(axis=1)
     record[failed] = np.nan
-    section = record[:, ::SAMPLES]
-    ball_pass = np.array([point.parameters.ball_pass_order for point in points])
-    arrays: Arrays = {
-        'y': section[..., 0].copy(),
-        'z': section[..., 1].copy(),
-        'velocity_y': section[..., 2].copy(),
-        'velocity_z': section[..., 3].copy(),
-    }
-    for name, column in (('y', 0), ('z', 1)):
-        mean, spectrum = _spectrum(record[..., column])
-        arrays[f'mean_{name}'] = mean
-        if not finer:
-            kept = math.floor(plan.highest_order * plan.revolutions) + 1
-            arrays[f'amplitude_{name}'] = spectrum[:, : kept if kept > 1 else 0].astype(np.float32)
-        arrays[f'order_amplitude_{name}'] = _order_amplitudes(record[..., column], ball_pass)
+    arrays = summarise(points, record, 0.0 if finer else plan.highest_order)
     states, revolution = ensemble.states, ensemble.revolution
     exponent, error = _exponents(ensemble, plan.exponent_revolutions)
     exponent[failed], error[failed] = np.nan, np.nan
@@ -360,6 +347,25 @@ def _measure(
             found, _ = _exponents(again, plan.exponent_revolutions, saltation=False)
             naive[jumps & ~failed] = found[jumps & ~failed]
         arrays['naive_exponent'] = naive
+    return arrays
+
+
+def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: float) -> Arrays:
+    """Return what a Survey keeps of a recording (n, revolutions * SAMPLES, 4), m and m/s."""
+    section = record[:, ::SAMPLES]
+    ball_pass = np.array([point.parameters.ball_pass_order for point in points])
+    arrays: Arrays = {
+        'y': section[..., 0].copy(),
+        'z': section[..., 1].copy(),
+        'velocity_y': section[..., 2].copy(),
+        'velocity_z': section[..., 3].copy(),
+    }
+    kept = math.floor(highest_order * section.shape[1]) + 1 if highest_order > 0.0 else 0
+    for name, column in (('y', 0), ('z', 1)):
+        mean, spectrum = _spectrum(record[..., column])
+        arrays[f'mean_{name}'] = mean
+        arrays[f'amplitude_{name}'] = spectrum[:, :kept].astype(np.float32)
+        arrays[f'order_amplitude_{name}'] = _order_amplitudes(record[..., column], ball_pass)
     return arrays
 
 
@@ -420,11 +426,16 @@ def tangent_growth(
     return growth(advance, ensemble.states[::directions], tangents, revolutions).logs
 
 
-def _unchecked(count: int) -> Arrays:
-    nothing = np.full(count, np.nan)
+def judge(arrays: Arrays, steps: int) -> Arrays:
+    """Return the labels of measured points, and that nothing was checked with another step."""
+    motion = classify(arrays['y'], arrays['z'], arrays['exponent'], arrays['standard_error'])
+    count = len(arrays['y'])
     return {
-        'difference': nothing,
-        'exponent_difference': nothing,
+        'label': motion.label,
+        'zero_one': np.asarray(motion.evidence['zero_one']),
+        'steps_per_revolution': np.full(count, steps),
+        'difference': np.full(count, np.nan),
+        'exponent_difference': np.full(count, np.nan),
         'converged': np.zeros(count, np.bool_),
     }
 

@@ -1,0 +1,55 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps in which every point starts where the one before ended."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotor_sim.analysis.cache import Arrays
+from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint, fixed_start, steps_needed
+from rotor_sim.analysis.survey import SAMPLES, Plan, Survey, judge, of_arrays, summarise
+from rotor_sim.errors import AnalysisError
+
+
+def follow(
+    sweeps: Sequence[Sequence[OperatingPoint]], plan: Plan, initial_state: ArrayLike | None = None
+) -> list[Survey]:
+    """Go through the points of each sweep in their order; all sweeps stand side by side.
+
+    Sweeps have equally many points, and take the steps that the most demanding of all needs. A
+    point that diverges is NaN, and the next one starts at the fixed start. No exponents, and no
+    second run with half the step: the history would be another one.
+
+    Raises:
+        AnalysisError: sweeps of different lengths, a plan with exponents.
+
+    """
+    lengths = {len(points) for points in sweeps}
+    if len(lengths) != 1 or plan.exponent_revolutions:
+        raise AnalysisError(
+            f'{len(sweeps)} sweeps of {sorted(lengths)} points, exponent_revolutions = '
+            f'{plan.exponent_revolutions}; a continuation takes sweeps of one length and 0'
+        )
+    steps = max(steps_needed(p, plan.steps_per_revolution) for points in sweeps for p in points)
+    states = None if initial_state is None else np.asarray(initial_state, np.float64)
+    revolution = 0
+    found: list[Arrays] = []
+    for column in zip(*sweeps, strict=True):
+        ensemble = Ensemble(column, steps, states, revolution)
+        ensemble.advance(plan.transient_revolutions)
+        record = ensemble.advance(plan.revolutions, SAMPLES)
+        states, revolution = ensemble.states, ensemble.revolution
+        failed = ~np.isfinite(states).all(axis=1) | ~np.isfinite(record).all(axis=(1, 2))
+        record[failed] = np.nan
+        for lost in np.flatnonzero(failed):
+            states[lost] = fixed_start(column[lost].parameters)
+        found.append(summarise(column, record, plan.highest_order))
+    surveys = []
+    for number, points in enumerate(sweeps):
+        arrays = {name: np.stack([part[name][number] for part in found]) for name in found[0]}
+        for name in ('exponent', 'standard_error', 'naive_exponent'):
+            arrays[name] = np.full(len(points), np.nan)
+        surveys.append(of_arrays(points, plan, arrays | judge(arrays, steps)))
+    return surveys
