@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Time the ensemble kernel against a straightforward C kernel of the same equations.
 
-    python benchmarks/kernels.py [--json FILE]
+    python benchmarks/kernels.py [--json FILE] [--markdown FILE]
 
 The C kernel (peer.c) is compiled here with gcc -O3 -march=native -ffast-math. One core; each row
 times peer and ours in turn, PAIRS times, and gives the median of the ratios, which is what may be
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import report
 from rich.console import Console
 from rich.table import Table
 
@@ -51,6 +52,8 @@ CASES: dict[str, dict[str, Any]] = {
         'clearance_m': 5e-6,
     },
 }
+
+COLUMNS = ('rotor', 'C, ns/step', 'ensemble', 'C/ensemble', 'single', 'C/single', 'with tangent')
 
 
 class Rotor(ctypes.Structure):
@@ -170,23 +173,14 @@ def main() -> None:
     """Print the table; with --json write it too."""
     parser = argparse.ArgumentParser(description='Time the kernels against C.')
     parser.add_argument('--json', type=Path, help='write the numbers to this file')
+    parser.add_argument('--markdown', type=Path, help='replace the table in this page')
     options = parser.parse_args()
     if hasattr(os, 'sched_setaffinity'):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     library = load_peer()
-    table = Table(
-        'rotor',
-        'C, ns/step',
-        'ensemble',
-        'C/ensemble',
-        'single',
-        'C/single',
-        'with tangent',
-        title=f'ns a step and trajectory; median of {PAIRS} alternations, one core',
-    )
     results = {name: compare(library, changes) for name, changes in CASES.items()}
-    for name, row in results.items():
-        table.add_row(
+    rows = [
+        (
             name,
             f'{row["peer_ns"]:.0f}',
             f'{row["ensemble_ns"]:.0f}',
@@ -195,7 +189,16 @@ def main() -> None:
             f'{row["single_ratio"]:.1f}',
             f'{row["tangent_ns"]:.0f}',
         )
+        for name, row in results.items()
+    ]
+    table = Table(
+        *COLUMNS, title=f'ns a step and trajectory; median of {PAIRS} alternations, one core'
+    )
+    for row in rows:
+        table.add_row(*row)
     Console().print(table)
+    if options.markdown is not None:
+        report.write_markdown(options.markdown, 'kernels.py', [COLUMNS, *rows])
     if options.json is not None:
         compiler = subprocess.run(['gcc', '--version'], capture_output=True, text=True, check=True)
         versions = {

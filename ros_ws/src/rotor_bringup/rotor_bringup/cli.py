@@ -19,7 +19,9 @@ from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 from rich.table import Table
 from typer.core import TyperGroup
 
+from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.errors import ProcessError, ScenarioError
+from rotor_bringup.paper.cli import add_command as add_paper_command
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -53,6 +55,7 @@ app = typer.Typer(
 )
 scenario_app = typer.Typer(cls=_Group, help='Look at scenarios and check your own.')
 app.add_typer(scenario_app, name='scenario')
+add_paper_command(app)
 
 ScenarioArgument = Annotated[
     str, typer.Argument(help='Name of a shipped scenario, a YAML file, or a recording to repeat.')
@@ -326,3 +329,6 @@ def _without_nan(value: Any) -> Any:
 def _fail(sentence: str, code: ExitCode) -> None:
     console.print(f'error: {sentence}', style='red', soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(code)
+
+
+add_commands(app, console, _print_json)

@@ -126,8 +126,8 @@ def test_a_change_of_the_model_makes_other_keys(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / 'analysis').mkdir()
-    sources = [tmp_path / 'model.py', tmp_path / 'analysis' / '_lanes.py']
-    unrelated = tmp_path / 'sensors.py'
+    sources = [tmp_path / 'parameters.py', tmp_path / 'analysis' / '_lanes.py']
+    unrelated = tmp_path / 'analysis' / 'diagrams.py'
     for path in (*sources, unrelated):
         path.write_text('x = 1\n')
     monkeypatch.setattr(module, '_PACKAGE', tmp_path)

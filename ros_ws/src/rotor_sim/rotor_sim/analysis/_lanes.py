@@ -291,7 +291,7 @@ def _region(b: Array, i: int, L: int, y: float, z: float, cos_tau: float, sin_ta
     """Return a number of the smooth piece of f, between which it jumps; 0 where it never does."""
     cos_psi, sin_psi = _turned(cos_tau, sin_tau, b[i + COS_CRACK * L], b[i + SIN_CRACK * L])
     cos_theta, sin_theta, _ = _direction(b, i, L, y, z, cos_psi, sin_psi)
-    flipped = 2.0 if z < 0.0 and b[i + PHASE_FLIP * L] < 0.0 else 0.0
+    flipped = 4.0 if z < 0.0 and b[i + PHASE_FLIP * L] < 0.0 else 0.0
     beyond = b[i + JUMPS * L] if _beyond(b, i, L, cos_theta, sin_theta) else 0.0
     return flipped + beyond
 
@@ -319,7 +319,8 @@ def _saltation(
     cos_theta, sin_theta, inverse = _direction(b, i, L, y, z, cos_psi, sin_psi)
     beyond = _beyond(b, i, L, cos_theta, sin_theta)
     f, _ = _breathing(b, i, L, cos_theta, sin_theta, beyond, balls, terms)
-    flips = abs(b[i + NEXT_REGION * L] - b[i + REGION * L]) > 1.0
+    # as phi flips, theta leaves or enters the piece `beyond` too: 4 - 1 is still a flip
+    flips = abs(b[i + NEXT_REGION * L] - b[i + REGION * L]) > 2.0
     if flips:
         beyond = _beyond(b, i, L, -cos_theta, -sin_theta)
         before, _ = _breathing(b, i, L, -cos_theta, -sin_theta, beyond, balls, terms)

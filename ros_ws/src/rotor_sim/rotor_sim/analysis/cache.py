@@ -24,7 +24,13 @@ from rotor_sim.errors import AnalysisError
 Arrays = dict[str, NDArray[Any]]
 
 _PACKAGE = Path(__file__).resolve().parents[1]
-_MODEL_SOURCES = ('parameters.py', 'model.py', '_kernels.py', 'statics.py', 'analysis/*.py')
+_MODEL_SOURCES = (
+    'parameters.py',
+    *(
+        f'analysis/{name}.py'
+        for name in ('_lanes', 'ensemble', 'lyapunov', 'motion', 'survey', 'continuation')
+    ),
+)
 """What the numbers of an analysis depend on; a change of any of it makes all keys new."""
 
 _DAMAGE = (

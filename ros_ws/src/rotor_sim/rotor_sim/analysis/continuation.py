@@ -9,7 +9,15 @@ from numpy.typing import ArrayLike
 
 from rotor_sim.analysis.cache import Arrays
 from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint, fixed_start, steps_needed
-from rotor_sim.analysis.survey import SAMPLES, Plan, Survey, judge, of_arrays, summarise
+from rotor_sim.analysis.survey import (
+    SAMPLES,
+    Plan,
+    Survey,
+    diverged,
+    judge,
+    of_arrays,
+    summarise,
+)
 from rotor_sim.errors import AnalysisError
 
 
@@ -41,7 +49,7 @@ def follow(
         ensemble.advance(plan.transient_revolutions)
         record = ensemble.advance(plan.revolutions, SAMPLES)
         states, revolution = ensemble.states, ensemble.revolution
-        failed = ~np.isfinite(states).all(axis=1) | ~np.isfinite(record).all(axis=(1, 2))
+        failed = diverged(column, record, states)
         record[failed] = np.nan
         for lost in np.flatnonzero(failed):
             states[lost] = fixed_start(column[lost].parameters)

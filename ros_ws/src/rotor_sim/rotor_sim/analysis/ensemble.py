@@ -28,6 +28,9 @@ FEWEST_STEPS_WITH_CLEARANCE = 256
 """Steps a revolution below which results are wrong: balls that leave and hit the race need more
 (docs/physics.md)."""
 
+STEPS_MULTIPLE = 64
+"""Steps a revolution are a multiple of this, so that so many samples of it can be recorded."""
+
 _FEW = 4
 """Up to so many trajectories are cheaper one by one than in a group of 16 lanes."""
 
@@ -73,11 +76,11 @@ def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
     """
     clearance = point.parameters.clearance_m
     fewest = FEWEST_STEPS_WITH_CLEARANCE if clearance > 0.0 else FEWEST_STEPS
-    if not fewest <= steps_per_revolution <= 2**16 or steps_per_revolution % 2:
+    if not fewest <= steps_per_revolution <= 2**16 or steps_per_revolution % STEPS_MULTIPLE:
         why = f' with clearance_m = {clearance:g} m' if clearance > 0.0 else ''
         raise AnalysisError(
             f'steps_per_revolution = {steps_per_revolution} does not serve{why}; '
-            f'allowed: even numbers from {fewest} to 65536'
+            f'allowed: multiples of {STEPS_MULTIPLE} from {fewest} to 65536'
         )
     mode = point.parameters.fastest_mode_rad_s
     doublings = math.log2(2.0 * math.pi * mode / (point.speed_rad_s * steps_per_revolution))

@@ -46,6 +46,10 @@ ALIGNMENT = 10
 CHUNK = 64
 """Points of one task: four groups of lanes, 40 MB while it runs, some seconds at full length."""
 
+RUNAWAY = 1000.0
+"""Static deflections beyond which a trajectory has diverged, if still finite: a bearing that the
+shaft has left by millimetres is no small displacement."""
+
 LARGEST_IN_MEMORY = 64 * 2**20
 """Bytes of one array of a Survey beyond which it lies on disk."""
 
@@ -332,7 +336,7 @@ def _measure(
     ensemble = Ensemble(points, steps, start)
     ensemble.advance(plan.transient_revolutions)
     record = ensemble.advance(plan.revolutions, SAMPLES)
-    failed = ~np.isfinite(record).all(axis=(1, 2)) | ~np.isfinite(ensemble.states).all(axis=1)
+    failed = diverged(points, record, ensemble.states)
     record[failed] = np.nan
     arrays = summarise(points, record, 0.0 if finer else plan.highest_order)
     states, revolution = ensemble.states, ensemble.revolution
@@ -348,6 +352,13 @@ def _measure(
             naive[jumps & ~failed] = found[jumps & ~failed]
         arrays['naive_exponent'] = naive
     return arrays
+
+
+def diverged(points: Sequence[OperatingPoint], record: Array, states: Array) -> NDArray[np.bool_]:
+    """Return whose recording (n, samples, 4) or state after it (n, 12) has left the model."""
+    farthest = RUNAWAY * np.array([point.parameters.length_scale_m for point in points])
+    inside = np.abs(record[..., :2]).max(axis=(1, 2)) <= farthest  # False for NaN
+    return np.asarray(~inside | ~np.isfinite(states).all(axis=1))
 
 
 def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: float) -> Arrays:

@@ -1,0 +1,354 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The commands orbit-diagram, waterfall, lyapunov and poincare.
+
+Each command is a dataclass: its fields are the options, `compute` does the work. Everything that
+can be wrong with the options is found before anything is computed.
+"""
+
+import dataclasses
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_type_hints
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.console import Console
+
+from rotor_bringup.analysis_arguments import change_of, unless_swept, values_of
+from rotor_bringup.progress import OnProgress, interruptible
+from rotor_sim.errors import AnalysisError
+from rotor_sim.parameters import RotorParameters
+
+if TYPE_CHECKING:
+    from rotor_bringup.analysis_files import Outcome
+    from rotor_bringup.analysis_runs import Resources
+    from rotor_sim.analysis import OperatingPoint, Plan
+
+PAPER_SPEED_RAD_S = 352.0
+PAPER_LOAD_FACTOR = 3.0
+MOST_NUMBERS = 10_000_000
+"""Values times revolutions of a sweep: all of it in memory is then below 2 GiB."""
+EXPONENT_REVOLUTIONS = 500
+MOST_SECTIONS = 25
+"""More sections than this cannot be told apart in one picture."""
+
+PrintJson = Callable[[dict[str, Any]], None]
+
+_OVER = typer.Option(
+    metavar='PARAMETER START STOP COUNT',
+    help='COUNT values from START to STOP, in SI, of speed, G, K, clearance, eccentricity or a '
+    'number of RotorParameters by its name.',
+)
+Over = Annotated[tuple[str, str, str, str], _OVER]
+MaybeOver = Annotated[tuple[str, str, str, str] | None, _OVER]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked, checked: one point, or a point for each of `values` of the field `over`."""
+
+    parameters: RotorParameters
+    over: str | None
+    values: NDArray[np.float64]
+    speed_rad_s: float | None
+    load_factor: float | None
+    points: 'tuple[OperatingPoint, ...]'
+    plan: 'Plan'
+
+    def asked(self, command: str) -> dict[str, Any]:
+        """Return the question in JSON types."""
+        from rotor_bringup.plots import RECONSTRUCTION  # noqa: PLC0415 - slow
+
+        variant = self.parameters.variant
+        return {
+            'command': command,
+            'note': RECONSTRUCTION if variant.startswith('figure') else '',
+            'parameters': self.parameters.model_dump(),
+            'over': self.over,
+            'speed_rad_s': self.speed_rad_s,
+            'load_factor': self.load_factor,
+            **dataclasses.asdict(self.plan),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Analysis:
+    """Options that the four commands share."""
+
+    name: ClassVar[str]
+
+    over: MaybeOver = None
+    variant: Annotated[str, typer.Option(help='Reading of the paper (docs/physics.md).')] = (
+        'derived'
+    )
+    speed: Annotated[
+        float | None, typer.Option(help=f'Speed in rad/s; default {PAPER_SPEED_RAD_S:g}.')
+    ] = None
+    load: Annotated[
+        float | None, typer.Option(help=f'Load factor G; default {PAPER_LOAD_FACTOR:g}.')
+    ] = None
+    settings: Annotated[
+        list[str] | None,
+        typer.Option('--set', metavar='NAME=VALUE', help='Change a parameter of the rotor (SI).'),
+    ] = None
+    transient: Annotated[int, typer.Option(help='Revolutions to leave out.')] = 1000
+    revolutions: Annotated[int, typer.Option(help='Revolutions to record.')] = 300
+    steps: Annotated[
+        int, typer.Option(help='Steps a revolution, at least: slow speeds take more.')
+    ] = 256
+    no_check: Annotated[
+        bool, typer.Option('--no-check', help='Skip the comparison with twice the steps.')
+    ] = False
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help='File to write: .png, .svg, .npz or .parquet; may be given several times. '
+            'Default: a .png named after the command.'
+        ),
+    ] = None
+    as_json: Annotated[bool, typer.Option('--json', help='Print the result as JSON.')] = False
+    scheduler: Annotated[
+        str | None, typer.Option(help='dask scheduler to compute on, tcp://host:port.')
+    ] = None
+    jobs: Annotated[
+        int | None, typer.Option(help='Threads on this machine; default: all cores.')
+    ] = None
+    cache: Annotated[
+        Path | None, typer.Option(help='Folder that keeps results: a repeated run continues.')
+    ] = None
+
+    def run(self, console: Console, print_json: PrintJson) -> None:
+        """Check the options, compute, write the files and say what came out."""
+        from rotor_bringup.analysis_files import check_paths, save  # noqa: PLC0415 - slow
+
+        check_paths(self.paths)
+        self.check()
+        question = self.question()
+
+        from rotor_bringup.compute import check_executor  # noqa: PLC0415
+
+        check_executor(self.scheduler, self.jobs)
+        with interruptible(console, self.name, self.cache, quiet=self.as_json) as on_progress:
+            outcome = self.compute(question, on_progress)
+        for path in self.paths:
+            save(outcome, path)
+        if self.as_json:
+            print_json(
+                {**outcome.asked, **outcome.found, 'files': [str(path) for path in self.paths]}
+            )
+            return
+        for line in (*outcome.sentences, *(f'wrote {path}' for path in self.paths)):
+            console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files to write."""
+        return self.out or [Path(f'{self.name}.png')]
+
+    def check(self) -> None:
+        """Raise AnalysisError for options that do not go together."""
+
+    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+        """Return the outcome of the analysis."""
+        raise NotImplementedError
+
+    def plan(self) -> 'Plan':
+        """Return what is computed at every point; AnalysisError for numbers that do not serve."""
+        return self._plan(revolutions=self.revolutions)
+
+    def question(self) -> Question:
+        """Return what is asked; RigError with one sentence for anything that does not serve."""
+        from rotor_sim.analysis.ensemble import OperatingPoint, steps_needed  # noqa: PLC0415 - slow
+        from rotor_sim.analysis.survey import ALIASES, sweep  # noqa: PLC0415
+
+        over, values = None, np.empty(0)
+        if self.over is not None:
+            over, values = ALIASES.get(self.over[0], self.over[0]), values_of(*self.over[1:])
+        changes = dict(change_of(text, ALIASES) for text in self.settings or [])
+        if over in changes:
+            raise AnalysisError(f'--set {over} has no meaning, since --over sweeps it')
+        speed = unless_swept('--speed', self.speed, PAPER_SPEED_RAD_S, swept=over == 'speed_rad_s')
+        load = unless_swept('--load', self.load, PAPER_LOAD_FACTOR, swept=over == 'load_factor')
+        parameters = RotorParameters.hou2016(self.variant, **changes)
+        plan = self.plan()
+        if len(values) * plan.revolutions > MOST_NUMBERS:
+            raise AnalysisError(
+                f'{len(values)} values of {plan.revolutions} revolutions are too many at once; '
+                f'their product may be {MOST_NUMBERS:,}'
+            )
+        if over is not None:
+            points = sweep(parameters, over, values, speed_rad_s=speed, load_factor=load)
+        else:
+            points = (OperatingPoint(parameters, speed or 0.0, load or 0.0),)
+        for point in points:
+            steps_needed(point, plan.steps_per_revolution)
+        return Question(parameters, over, values, speed, load, points, plan)
+
+    def resources(self) -> 'Resources':
+        """Return where a sweep is computed and kept."""
+        from rotor_bringup.analysis_runs import Resources  # noqa: PLC0415 - slow
+
+        return Resources(self.scheduler, self.jobs, self.cache)
+
+    def _plan(self, **numbers: Any) -> 'Plan':
+        from rotor_sim.analysis import Plan  # noqa: PLC0415 - slow
+
+        return Plan(
+            transient_revolutions=self.transient,
+            steps_per_revolution=self.steps,
+            check_steps=not self.no_check,
+            **numbers,
+        )
+
+    def _refuse(self, options: Mapping[str, object], why: str) -> None:
+        """Raise AnalysisError if one of `options` was given a value."""
+        for option, value in options.items():
+            if value:
+                raise AnalysisError(f'{option} has no meaning {why}; leave it out')
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Directed(Analysis):
+    """A sweep that may go on from value to value."""
+
+    over: Over = field()  # required here
+    direction: Annotated[
+        Literal['fixed', 'up', 'down'],
+        typer.Option(help='Start all values alike, or each where the one below or above ended.'),
+    ] = 'fixed'
+
+    def check(self) -> None:
+        """Refuse what a continuation cannot use: it is one long trajectory, computed once."""
+        if self.direction != 'fixed':
+            options = {'--scheduler': self.scheduler, '--jobs': self.jobs, '--cache': self.cache}
+            self._refuse(options, f'with --direction {self.direction}')
+
+    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+        """Return the diagram."""
+        from rotor_bringup.analysis_runs import run_continuation, run_sweep  # noqa: PLC0415 - slow
+
+        if self.direction != 'fixed':
+            return run_continuation(self.name, question, self.direction)
+        return run_sweep(self.name, question, self.resources(), on_progress)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitDiagram(_Directed):
+    """Draw the orbit (bifurcation) diagram: Y and Z once a revolution over a parameter."""
+
+    name: ClassVar[str] = 'orbit-diagram'
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waterfall(_Directed):
+    """Draw the amplitude spectra of Y and Z over a parameter."""
+
+    name: ClassVar[str] = 'waterfall'
+
+    def plan(self) -> 'Plan':
+        """Return a plan with spectra."""
+        from rotor_sim.analysis.diagrams import BAND  # noqa: PLC0415 - slow
+
+        return self._plan(revolutions=self.revolutions, highest_order=BAND)
+
+
+class _PointOrSweep(Analysis):
+    """A command for one point or, with --over, for many."""
+
+    def check(self) -> None:
+        if self.over is None:
+            options = {'--scheduler': self.scheduler, '--jobs': self.jobs, '--cache': self.cache}
+            self._refuse(options, 'at one point, which takes seconds')
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lyapunov(_PointOrSweep):
+    """Compute the largest Lyapunov exponent per unit tau, at one point or over a parameter."""
+
+    name: ClassVar[str] = 'lyapunov'
+    revolutions: Annotated[int, typer.Option(help='Revolutions of the exponent.')] = (
+        EXPONENT_REVOLUTIONS
+    )
+    method: Annotated[
+        Literal['tangent', 'two-trajectories'], typer.Option(help='How, at one point.')
+    ] = 'tangent'
+    spectrum: Annotated[
+        bool, typer.Option('--spectrum', help='All twelve exponents, at one point.')
+    ] = False
+
+    def plan(self) -> 'Plan':
+        """Return a plan with exponents."""
+        if self.revolutions == 0:
+            raise AnalysisError('--revolutions 0 is out of range; allowed: 50 or more')
+        return self._plan(exponent_revolutions=self.revolutions)
+
+    def check(self) -> None:
+        """Refuse what a sweep cannot use: it takes tangents and the largest exponent alone."""
+        super().check()
+        if self.over is not None:
+            options = {'--spectrum': self.spectrum, '--method': self.method != 'tangent'}
+            self._refuse(options, 'with --over')
+
+    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+        """Return one exponent or the diagram."""
+        from rotor_bringup.analysis_runs import run_exponent, run_sweep  # noqa: PLC0415 - slow
+
+        if self.over is None:
+            return run_exponent(question, self.method, spectrum=self.spectrum)
+        return run_sweep(self.name, question, self.resources(), on_progress)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poincare(_PointOrSweep):
+    """Draw one motion (orbit, phase portrait, section, spectrum), or sections over a parameter."""
+
+    name: ClassVar[str] = 'poincare'
+
+    def plan(self) -> 'Plan':
+        """Return a plan with exponents, since the label of a motion rests on them."""
+        return self._plan(revolutions=self.revolutions, exponent_revolutions=EXPONENT_REVOLUTIONS)
+
+    def check(self) -> None:
+        """Refuse more sections than a picture holds."""
+        from rotor_bringup.analysis_files import is_picture  # noqa: PLC0415 - slow
+
+        super().check()
+        if self.over is not None and any(is_picture(path) for path in self.paths):
+            count = len(values_of(*self.over[1:]))
+            if count > MOST_SECTIONS:
+                raise AnalysisError(
+                    f'COUNT = {count} sections do not fit into a picture; take at most '
+                    f'{MOST_SECTIONS}, or --out FILE.npz'
+                )
+
+    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+        """Return one motion or the sections."""
+        from rotor_bringup.analysis_runs import run_section, run_sweep  # noqa: PLC0415 - slow
+
+        if self.over is None:
+            return run_section(question)
+        return run_sweep(self.name, question, self.resources(), on_progress)
+
+
+def add_commands(app: typer.Typer, console: Console, print_json: PrintJson) -> None:
+    """Register the four commands; people read `console`, programs what `print_json` prints."""
+    for analysis in (OrbitDiagram, Waterfall, Lyapunov, Poincare):
+        app.command(analysis.name)(_command(analysis, console, print_json))
+
+
+def _command(
+    analysis: type[Analysis], console: Console, print_json: PrintJson
+) -> Callable[..., None]:
+    """Return a function with the fields of `analysis` as its parameters, as typer wants it."""
+
+    def command(**options: Any) -> None:
+        analysis(**options).run(console, print_json)
+
+    command.__doc__ = analysis.__doc__
+    command.__annotations__ = get_type_hints(analysis, include_extras=True)
+    command.__signature__ = inspect.signature(analysis)  # type: ignore[attr-defined]
+    return command

@@ -1,0 +1,233 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the analysis commands compute, and what they say about it."""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotor_bringup import analysis_figures
+from rotor_bringup.analysis_cli import Question
+from rotor_bringup.analysis_files import Outcome
+from rotor_bringup.compute import executor
+from rotor_bringup.progress import OnProgress
+from rotor_sim.analysis import (
+    ResultCache,
+    Survey,
+    lyapunov_exponent,
+    poincare_section,
+    survey,
+)
+from rotor_sim.analysis.diagrams import Direction, continuation
+from rotor_sim.analysis.ensemble import steps_needed
+from rotor_sim.analysis.motion import SIGNIFICANCE
+from rotor_sim.analysis.survey import EXPONENT_ERRORS, EXPONENT_RESOLUTION
+
+
+@dataclass(frozen=True)
+class Resources:
+    """Where a sweep is computed and kept."""
+
+    scheduler: str | None
+    jobs: int | None
+    cache: Path | None
+
+    @contextmanager
+    def opened(self) -> Iterator[dict[str, Any]]:
+        """Give the arguments `executor` and `cache` of a survey."""
+        cache = None if self.cache is None else ResultCache(self.cache)
+        with executor(self.scheduler, self.jobs) as pool:
+            yield {'executor': pool, 'cache': cache}
+
+
+def run_sweep(
+    command: str, question: Question, resources: Resources, on_progress: OnProgress
+) -> Outcome:
+    """Return the survey over a parameter, drawn as `command` draws it."""
+    with resources.opened() as where:
+        found = survey(question.points, question.plan, on_progress=on_progress, **where)
+    return _outcome(command, question, found, 'fixed')
+
+
+def run_continuation(command: str, question: Question, direction: Direction) -> Outcome:
+    """Return the survey that goes on from value to value, which is not repeated at 2N."""
+    once = replace(question, plan=replace(question.plan, check_steps=False))
+    (found,) = continuation([(question.points, direction)], question.values, once.plan)
+    return _outcome(command, once, found, direction)
+
+
+def _outcome(command: str, question: Question, found: Survey, direction: Direction) -> Outcome:
+    rows = {'values': question.values, 'length_scale_m': found.length_scale_m}
+    for field in fields(found):
+        if field.name not in {'points', 'plan', 'orders'} and getattr(found, field.name).size:
+            rows[field.name] = getattr(found, field.name)
+    rows['speed_rad_s'] = np.array([point.speed_rad_s for point in found.points])
+    shared = {'orders': found.orders} if found.orders.size else {}
+    asked = question.asked(command)
+    if command in {'orbit-diagram', 'waterfall'}:
+        asked['direction'] = direction
+    return Outcome(
+        asked=asked,
+        rows=rows,
+        shared=shared,
+        found=_json_of(found, question),
+        sentences=[*_labels(question, found.label), *_about(found, question)],
+        draw=partial(_SWEEPS[command], rows | shared, asked),
+    )
+
+
+def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
+    """Return the largest exponent at one point, and whether twice the steps give the same."""
+    (point,) = question.points
+    plan = question.plan
+
+    def at(steps: int, *, everything: bool) -> Any:
+        return lyapunov_exponent(
+            point.parameters,
+            speed_rad_s=point.speed_rad_s,
+            load_factor=point.load_factor,
+            transient_revolutions=plan.transient_revolutions,
+            revolutions=plan.exponent_revolutions,
+            steps_per_revolution=steps,
+            method='tangent' if method == 'tangent' else 'two_trajectories',
+            spectrum=everything,
+        )
+
+    result = at(plan.steps_per_revolution, everything=spectrum)
+    found: dict[str, Any] = {
+        'method': method,
+        'exponent': result.exponent,
+        'standard_error': result.standard_error,
+    }
+    said = (
+        f'largest Lyapunov exponent {result.exponent:.5f} +- {result.standard_error:.5f} per unit '
+        f'tau (standard error; {plan.exponent_revolutions} revolutions, {method})'
+    )
+    sentences = [said]
+    if plan.check_steps:
+        steps = 2 * steps_needed(point, plan.steps_per_revolution)
+        finer = at(steps, everything=False)
+        difference = abs(result.exponent - finer.exponent)
+        error = np.hypot(result.standard_error, finer.standard_error)
+        converged = bool(difference <= EXPONENT_ERRORS * error + EXPONENT_RESOLUTION)
+        found |= {'exponent_difference': difference, 'converged': converged}
+        sentences.append(
+            f'{"converged" if converged else "NOT converged"}: {steps} steps a revolution give '
+            f'{finer.exponent:.5f} +- {finer.standard_error:.5f}'
+        )
+    shared = {}
+    if result.spectrum is not None:
+        shared = {
+            'spectrum': result.spectrum,
+            'spectrum_standard_error': result.spectrum_standard_error,
+        }
+        found |= {name: values.tolist() for name, values in shared.items()}
+        sentences.append('all exponents: ' + ' '.join(f'{x:.4f}' for x in result.spectrum))
+    asked = question.asked('lyapunov')
+    return Outcome(
+        asked=asked,
+        rows={'running': result.running},
+        shared=shared | {name: np.array(x) for name, x in found.items() if name not in shared},
+        found=found,
+        sentences=sentences,
+        draw=partial(analysis_figures.lyapunov_exponent, result, asked, found.get('converged')),
+    )
+
+
+def run_section(question: Question) -> Outcome:
+    """Return one motion: orbit, section, its label with the evidence, and whether 2N agrees."""
+    (point,) = question.points
+    plan = question.plan
+    result = poincare_section(
+        point.parameters,
+        speed_rad_s=point.speed_rad_s,
+        load_factor=point.load_factor,
+        transient_revolutions=plan.transient_revolutions,
+        revolutions=plan.revolutions,
+        steps_per_revolution=plan.steps_per_revolution,
+    )
+    judged = survey(question.points, plan)
+    label = str(judged.label[0])
+    evidence = result.evidence | {
+        'exponent': float(judged.exponent[0]),
+        'standard_error': float(judged.standard_error[0]),
+    }
+    everything = {field.name: getattr(result, field.name) for field in fields(result)}
+    rows = {name: value for name, value in everything.items() if isinstance(value, np.ndarray)}
+    found: dict[str, Any] = {'label': label, 'evidence': evidence}
+    numbers = ', '.join(f'{name} {value:.4g}' for name, value in evidence.items())
+    sentences = [f'{label} motion: {numbers}']
+    if plan.check_steps:
+        converged = bool(judged.converged[0])
+        found |= {'converged': converged, 'difference': float(judged.difference[0])}
+        sentences.append(
+            f'{"converged" if converged else "NOT converged"}: twice the steps change means and '
+            f'amplitudes by {judged.difference[0]:.2g} of the largest'
+        )
+    asked = question.asked('poincare')
+    return Outcome(
+        asked=asked,
+        rows=rows,
+        shared={'length_scale_m': np.array(result.length_scale_m), 'label': np.array(label)},
+        found=found,
+        sentences=sentences,
+        draw=partial(
+            analysis_figures.poincare_section, result, label, asked, found.get('converged')
+        ),
+    )
+
+
+_SWEEPS = {
+    'orbit-diagram': analysis_figures.orbit_diagram,
+    'waterfall': analysis_figures.waterfall,
+    'lyapunov': analysis_figures.lyapunov_diagram,
+    'poincare': analysis_figures.sections,
+}
+
+
+def _json_of(found: Survey, question: Question) -> dict[str, Any]:
+    names = ['label']
+    if question.plan.exponent_revolutions:
+        names += ['exponent', 'standard_error']
+    if question.plan.check_steps:
+        names += ['converged', 'difference']
+        if question.plan.exponent_revolutions:
+            names.append('exponent_difference')
+    return {
+        'values': question.values.tolist(),
+        **{name: getattr(found, name).tolist() for name in names},
+    }
+
+
+def _labels(question: Question, label: NDArray[np.str_]) -> list[str]:
+    counted = Counter(label.tolist()).most_common()
+    kinds = ', '.join(f'{count} {name}' for name, count in counted)
+    return [f'{len(label)} values of {question.over}: {kinds}']
+
+
+def _about(found: Survey, question: Question) -> list[str]:
+    """Return sentences about exponents and convergence."""
+    sentences = []
+    finite = np.isfinite(found.exponent)
+    if finite.any():
+        at = int(np.nanargmax(found.exponent))
+        positive = found.exponent > SIGNIFICANCE * found.standard_error
+        sentences.append(
+            f'largest exponents {np.nanmin(found.exponent):.4f} to {found.exponent[at]:.4f} per '
+            f'unit tau, the highest at {question.values[at]:g}; positive by {SIGNIFICANCE:g} '
+            f'standard errors at {int(positive.sum())} of {len(found)} values'
+        )
+    bad = ~found.converged & (found.label != 'diverged')
+    if question.plan.check_steps and bad.any():
+        sentences.append(
+            f'{int(bad.sum())} of {len(found)} values have NOT converged: twice '
+            'the steps give something else; they are marked in the picture and in the data'
+        )
+    return sentences

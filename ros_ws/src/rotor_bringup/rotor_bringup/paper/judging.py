@@ -1,0 +1,363 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a claim of the paper is judged: verdicts, the thresholds behind them and the rules.
+
+A rule takes numbers and returns a `Judgement`; NaN fails every comparison, so that it never
+agrees. Exponents are per unit tau, amplitudes zero-to-peak, lengths dimensionless (over delta).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotor_bringup.paper.figures import Diagram
+from rotor_sim.analysis import Survey
+from rotor_sim.analysis.survey import HARMONICS
+
+AGREES, PARTLY, DOES_NOT = 'agrees', 'partly', 'does not'
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+ORDERS = HARMONICS
+"""The first columns of a survey's order amplitudes, 1x and the super-harmonics up to 4x."""
+
+TICK_SLACK = 0.1
+"""How far beyond its outer ticks an axis may go, over the distance between them: the section of
+Fig. 7 reaches 4.62 in a portrait whose last tick is 4.6 of a span of 0.6."""
+
+TICK_FILL = 0.25
+"""Least part of the ticks that a curve fills: for a smaller one the axis had been narrower."""
+
+TICK_OVERLAP = 0.1
+"""Least common part of two ranges, over their union, that counts as partly the same."""
+
+NEAR_SPEED = 0.03
+"""Relative distance of two speeds that are the same resonance: the paper's own four differ by 3 %
+in the critical speed they stand for (1052 to 1084 rad/s)."""
+
+SEARCH = 0.1
+"""Relative distance from the paper's speed within which our resonance is looked for."""
+
+VISIBLE = 0.05
+"""Least amplitude that can be seen in a waterfall, over the highest of the picture."""
+
+EXPONENT_SCATTER = 0.002
+"""Scatter of an exponent over 500 revolutions; less is not told from zero."""
+
+STANDARD_ERRORS = 3.0
+"""An exponent is positive when it is beyond this many standard errors, and the scatter."""
+
+ALMOST_NONE, FEW = 0.05, 0.2
+"""Largest share of values that the words 'almost no' and 'partly' allow."""
+
+MOST = 0.8
+"""Least share of values beyond a threshold that 'above' means; figures have windows of order."""
+
+ONSET = 0.05
+"""Distance of our first chaotic value from the paper's, over the range of the diagram."""
+
+JUMP, STEP = 0.1, 0.05
+"""Change of the section between neighbouring values, or between up- and down-sweep, that is a
+jump or a step, over the range of the diagram: a smooth curve changes by about one 400th."""
+
+OUTSTANDING = 5.0
+"""A jump is also this many times the median change between neighbours: chaos changes always."""
+
+GROWS = 2.0
+"""Least factor from the first to the last value of an amplitude that grows with a parameter."""
+
+FOLLOWS = 0.9
+"""Least correlation with the parameter of an amplitude that grows with it."""
+
+UNCHANGED, LITTLE = 0.25, 0.5
+"""Largest range of an amplitude over its mean that is 'almost unchanged', or changed a little."""
+
+
+TICKS_RULE = (
+    f'agrees: our range lies within the ticks (slack {TICK_SLACK:.0%}) and fills '
+    f'{TICK_FILL:.0%} of them; partly: it lies within, or both share '
+    f'{TICK_OVERLAP:.0%}. Ticks bound a curve, they do not give its values'
+)
+
+
+class Judgement(NamedTuple):
+    """What a rule found: the verdict, one sentence with the numbers, and the numbers."""
+
+    verdict: str
+    why: str
+    value: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Sweeps:
+    """An up- and a down-sweep: the values in rising order (n,), Z at tau = 2 pi k (n, m) each."""
+
+    values: FloatArray
+    up: FloatArray
+    down: FloatArray
+
+
+@dataclass(frozen=True)
+class Path:
+    """A motion sample by sample: tau, Y and Z (m,), dimensionless; the window of tau to show."""
+
+    tau: FloatArray
+    window: tuple[float, float]
+    y: FloatArray
+    z: FloatArray
+
+
+@dataclass(frozen=True)
+class Results:
+    """Everything computed for one variant: surveys and sweeps by diagram, paths by its points."""
+
+    diagrams: Mapping[str, Diagram]
+    surveys: Mapping[str, Survey]
+    sweeps: Mapping[str, Sweeps]
+    paths: Mapping[str, Sequence[Path]]
+
+    def swept(self, key: str) -> FloatArray:
+        """Return the values of the swept parameter at the points of a survey, SI."""
+        return self.diagrams[key].swept(self.surveys[key].points)
+
+
+def graded(full: bool, part: bool) -> str:
+    """Return the verdict of a rule whose two conditions are met or not."""
+    return AGREES if full else PARTLY if part else DOES_NOT
+
+
+def positive(survey: Survey) -> BoolArray:
+    """Return where the exponent is positive beyond its errors, (n,); false where it is NaN."""
+    least = np.maximum(STANDARD_ERRORS * survey.standard_error, EXPONENT_SCATTER)
+    return np.asarray(survey.exponent > least)
+
+
+def orders(survey: Survey, coordinate: str = 'z') -> FloatArray:
+    """Return the dimensionless amplitudes at `ORDERS`, (n, 5)."""
+    amplitude = survey.order_amplitude_z if coordinate == 'z' else survey.order_amplitude_y
+    return np.asarray(amplitude[:, : len(ORDERS)] / survey.length_scale_m[:, None])
+
+
+def super_harmonics(survey: Survey, coordinate: str = 'z') -> FloatArray:
+    """Return the root sum of squares of the amplitudes above 1x, dimensionless, (n,)."""
+    return np.asarray(np.sqrt(np.sum(orders(survey, coordinate)[:, 1:] ** 2, axis=1)))
+
+
+def section(survey: Survey, coordinate: str) -> FloatArray:
+    """Return the stroboscopic positions, dimensionless, (n, revolutions)."""
+    positions = survey.z if coordinate == 'z' else survey.y
+    return np.asarray(positions / survey.length_scale_m[:, None])
+
+
+def against_ticks(values: FloatArray, ticks: Sequence[float], what: str) -> Judgement:
+    """Judge the range of a curve against the outer ticks of the axis it was drawn on."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+    first, last = float(ticks[0]), float(ticks[1])
+    span = last - first
+    inside = first - TICK_SLACK * span <= low and high <= last + TICK_SLACK * span
+    filled = (high - low) / span
+    common = max(0.0, min(high, last) - max(low, first)) / (max(high, last) - min(low, first))
+    verdict = graded(inside and filled >= TICK_FILL, inside or common >= TICK_OVERLAP)
+    where = 'within' if inside else 'beyond' if common > 0.0 else 'outside'
+    why = (
+        f'{what} runs from {low:.4g} to {high:.4g}, {where} the ticks {first:g} and {last:g}, '
+        f'and spans {100 * filled:.0f} % of their distance'
+    )
+    return Judgement(verdict, why, {'lowest': low, 'highest': high})
+
+
+def exponent_range(survey: Survey, ticks: Sequence[float]) -> Judgement:
+    """Judge the range of the exponents; what leaving out saltation would give is only told."""
+    found = against_ticks(survey.exponent, ticks, 'the exponent')
+    naive = survey.naive_exponent[np.isfinite(survey.naive_exponent)]
+    if not naive.size:
+        return found
+    low, high = float(naive.min()), float(naive.max())
+    return Judgement(
+        found.verdict,
+        f'{found.why} (without saltation {low:.4g} to {high:.4g})',
+        {**found.value, 'lowest_without_saltation': low, 'highest_without_saltation': high},
+    )
+
+
+def resonance(survey: Survey, speeds: FloatArray, speed: float, order: float) -> Judgement:
+    """Judge whether Z has its resonance of `order` near `speed`, where that order leads."""
+    amplitude = orders(survey)
+    column = ORDERS.index(order) if order in ORDERS else -1
+    near = np.flatnonzero(np.abs(speeds / speed - 1.0) <= SEARCH)
+    usable = near[np.isfinite(amplitude[near, column])]
+    if column < 0 or not usable.size:
+        why = f'no finite point within {100 * SEARCH:.0f} % of {speed:g} rad/s'
+        return Judgement(DOES_NOT, why, {})
+    peak = int(usable[np.argmax(amplitude[usable, column])])
+    here = int(usable[np.argmin(np.abs(speeds[usable] - speed))])
+    leads_at_peak = _leading(amplitude[peak]) == order
+    leads_here = _leading(amplitude[here]) == order
+    found = leads_at_peak and abs(speeds[peak] / speed - 1.0) <= NEAR_SPEED
+    why = (
+        f'{order:g}x is largest at {speeds[peak]:.1f} rad/s (Z {amplitude[peak, column]:.3g}), '
+        f'where {_leading(amplitude[peak]):g}x leads; at {speeds[here]:.1f} rad/s '
+        f'{_leading(amplitude[here]):g}x leads'
+    )
+    value = {
+        'peak_speed_rad_s': float(speeds[peak]),
+        'peak_amplitude': float(amplitude[peak, column]),
+        'leading_order': _leading(amplitude[here]),
+        'leading_order_at_peak': _leading(amplitude[peak]),
+    }
+    return Judgement(graded(found and leads_here, found or leads_here), why, value)
+
+
+def _leading(amplitudes: FloatArray) -> float:
+    """Return the order of the largest amplitude; NaN where one is not finite."""
+    return ORDERS[int(np.argmax(amplitudes))] if np.isfinite(amplitudes).all() else np.nan
+
+
+def chaos_above(survey: Survey, x: FloatArray, threshold: float, unit: str) -> Judgement:
+    """Judge whether the exponent is positive above `threshold` and not below it."""
+    chaotic, finite = positive(survey), np.isfinite(survey.exponent)
+    above, below = finite & (x > threshold), finite & (x <= threshold)
+    share_above, share_below = _share(chaotic, above), _share(chaotic, below)
+    first = float(x[chaotic].min()) if chaotic.any() else np.nan
+    at_threshold = abs(first - threshold) <= ONSET * np.ptp(x)
+    full = share_above >= MOST and share_below <= ALMOST_NONE and bool(at_threshold)
+    begins = f'first at {first:.4g}{unit}' if chaotic.any() else 'nowhere'
+    naive = survey.naive_exponent
+    share_naive = _share(naive > EXPONENT_SCATTER, above & np.isfinite(naive))
+    without = f' ({100 * share_naive:.0f} % without saltation)' if np.isfinite(naive).any() else ''
+    why = (
+        f'the exponent is positive {begins}, at {100 * share_above:.0f} % of the values above '
+        f'{threshold:g}{unit}{without} and {100 * share_below:.0f} % of those up to it; largest '
+        f'{np.max(survey.exponent[finite], initial=-np.inf):.4f}'
+    )
+    value = {
+        'first': first,
+        'share_above': share_above,
+        'share_up_to': share_below,
+        'share_above_without_saltation': share_naive,
+    }
+    some = share_above > FEW and share_above > share_below
+    return Judgement(graded(full, some), why, value)
+
+
+def hardly_positive(surveys: Iterable[Survey], allowed: float) -> Judgement:
+    """Judge whether at most the share `allowed` of all exponents is positive."""
+    each = list(surveys)
+    exponents = np.concatenate([survey.exponent for survey in each])
+    finite = np.isfinite(exponents)
+    share = _share(np.concatenate([positive(survey) for survey in each]), finite)
+    largest = float(np.max(exponents[finite], initial=-np.inf)) if finite.any() else np.nan
+    naive = np.concatenate([survey.naive_exponent for survey in each])
+    share_naive = _share(naive > EXPONENT_SCATTER, np.isfinite(naive))
+    without = f' ({100 * share_naive:.1f} % without saltation)' if np.isfinite(naive).any() else ''
+    why = (
+        f'{100 * share:.1f} % of {int(finite.sum())} exponents are positive beyond their errors'
+        f'{without}; the largest is {largest:.4f}'
+    )
+    value = {'share_positive': share, 'largest': largest, 'share_without_saltation': share_naive}
+    return Judgement(graded(share <= allowed, share <= allowed + FEW), why, value)
+
+
+def labels(survey: Survey, x: FloatArray, wanted: str, values: Sequence[float]) -> Judgement:
+    """Judge whether the motions at `values` of the parameter carry the label `wanted`."""
+    rows = [int(np.argmin(np.abs(x - value))) for value in values]
+    found = {f'{value:g}': str(survey.label[row]) for value, row in zip(values, rows, strict=True)}
+    right = sum(label == wanted for label in found.values())
+    each = ', '.join(
+        f'{value} {found[value]} ({survey.exponent[row]:.4f})'
+        for value, row in zip(found, rows, strict=True)
+    )
+    why = f'{right} of {len(found)} are {wanted} (label, exponent): {each}'
+    return Judgement(graded(right == len(found), right > 0), why, {'labels': found})
+
+
+def one_motion(survey: Survey, wanted: str) -> Judgement:
+    """Judge the label of a single point; a motion that is regular in another way is partly it."""
+    label, exponent = str(survey.label[0]), float(survey.exponent[0])
+    regular = label in {'periodic', 'quasi-periodic'} and wanted != 'chaotic'
+    why = f'labelled {label}, exponent {exponent:.4f} +- {survey.standard_error[0]:.4f}'
+    value = {'label': label, 'exponent': exponent}
+    return Judgement(graded(label == wanted, regular), why, value)
+
+
+def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
+    """Judge whether the orbit diagram `z` (n, m) over x jumps, or its two sweeps differ.
+
+    Two sections differ by the mean distance of their sorted points (Wasserstein), here over the
+    range of the whole diagram.
+    """
+    good = np.isfinite(z).all(axis=1)
+    z, x = z[good], x[good]
+    span = float(np.ptp(z)) if z.size else np.nan
+    rows = np.sort(z, axis=1)
+    change = np.abs(np.diff(rows, axis=0)).mean(axis=1) / span if len(z) > 1 else np.array([np.nan])
+    at = int(np.argmax(change))
+    step = float(change[at])
+    outstanding = step >= OUTSTANDING * float(np.median(change))
+    apart, where = _hysteresis(sweeps)
+    full = (step >= JUMP and outstanding) or apart >= JUMP
+    part = (step >= STEP and outstanding) or apart >= STEP
+    place = f' at G = {x[at + 1]:.3g}' if x.size > at + 1 else ''
+    why = f'largest step between neighbours {100 * step:.1f} % of the range of Z{place}' + (
+        f'; up- and down-sweep differ by at most {100 * apart:.1f} % at G = {where:.3g}'
+        if sweeps is not None
+        else ''
+    )
+    value = {'largest_step': step, 'largest_hysteresis': apart}
+    return Judgement(graded(full, part), why, value)
+
+
+def _hysteresis(sweeps: Sweeps | None) -> tuple[float, float]:
+    """Return the largest distance of the two sweeps over their range, and where it is."""
+    if sweeps is None:
+        return np.nan, np.nan
+    good = np.isfinite(sweeps.up).all(axis=1) & np.isfinite(sweeps.down).all(axis=1)
+    if not good.any():
+        return np.nan, np.nan
+    up, down = np.sort(sweeps.up[good], axis=1), np.sort(sweeps.down[good], axis=1)
+    span = max(up.max(), down.max()) - min(up.min(), down.min())
+    apart = np.abs(up - down).mean(axis=1) / span
+    return float(apart.max()), float(sweeps.values[good][np.argmax(apart)])
+
+
+def grows(amplitudes: Mapping[str, FloatArray], x: FloatArray) -> Judgement:
+    """Judge whether every amplitude (n,) grows with x; NaN where one does not."""
+    factor = {name: float(values[-1] / values[0]) for name, values in amplitudes.items()}
+    follows = {name: _correlation(x, values) for name, values in amplitudes.items()}
+    full = all(factor[name] >= GROWS and follows[name] >= FOLLOWS for name in amplitudes)
+    part = all(value > 1.0 for value in factor.values())
+    why = '; '.join(
+        f'{name} from {values[0]:.3g} to {values[-1]:.3g} (correlation {follows[name]:.2f})'
+        for name, values in amplitudes.items()
+    )
+    value = {'last_over_first': factor, 'correlation': follows}
+    return Judgement(graded(full, part), why, value)
+
+
+def unchanged(amplitudes: Mapping[str, FloatArray]) -> Judgement:
+    """Judge whether every amplitude (n,) stays almost the same."""
+    spread = {name: float(np.ptp(v) / np.mean(v)) for name, v in amplitudes.items()}
+    full = all(value <= UNCHANGED for value in spread.values())
+    part = all(value <= LITTLE for value in spread.values())
+    why = '; '.join(
+        f'{name} between {values.min():.3g} and {values.max():.3g} ({100 * spread[name]:.0f} % of '
+        f'its mean)'
+        for name, values in amplitudes.items()
+    )
+    return Judgement(graded(full, part), why, {'range_over_mean': spread})
+
+
+def _correlation(x: FloatArray, y: FloatArray) -> float:
+    if not np.isfinite(y).all() or np.ptp(y) == 0.0:
+        return np.nan
+    return float(np.corrcoef(x, y)[0, 1])
+
+
+def _share(which: BoolArray, among: BoolArray) -> float:
+    """Return the share of `among` that is also `which`; NaN for none."""
+    return float(np.sum(which & among) / np.sum(among)) if among.any() else np.nan
