@@ -34,6 +34,7 @@ ROS_ADAPTERS = ('*.node', '*_node', 'rotor_interfaces.ros', 'rotor_bringup.live'
 DISTRIBUTION = {
     'PIL': 'pillow',
     'mcap_ros2': 'mcap-ros2-support',
+    'mpl_toolkits': 'matplotlib',
     'rerun': 'rerun-sdk',
     'rerun_cli': 'rerun-sdk',
     'yaml': 'pyyaml',
@@ -151,6 +152,8 @@ def test_test_extra_declares_what_tests_import() -> None:
     declared = requirement_names(setup_arguments('rotor_bringup')['extras_require']['test'])
     for package in PACKAGES:
         declared |= requirement_names(setup_arguments(package)['install_requires'])
+    peers = (ROOT / 'benchmarks/requirements.txt').read_text().splitlines()
+    declared |= requirement_names([line for line in peers if not line.startswith('#')])
     names = {canonicalize_name(DISTRIBUTION.get(name, name)) for name in used}
     assert {name for name in names if not ROS_PACKAGE.fullmatch(name.replace('-', '_'))} <= declared
 

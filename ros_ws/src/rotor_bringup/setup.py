@@ -28,6 +28,7 @@ setup(
         'maneuver_gen==0.1.0',
         'matplotlib>=3.9',
         'numpy>=2.0',
+        'pillow>=11.0',
         'pyarrow>=17.0',
         'pydantic>=2.9',
         'pyyaml>=6.0',

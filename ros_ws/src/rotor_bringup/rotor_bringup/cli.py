@@ -22,6 +22,7 @@ from typer.core import TyperGroup
 from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.errors import ProcessError, ScenarioError
 from rotor_bringup.paper.cli import add_command as add_paper_command
+from rotor_bringup.plain_json import without_nan
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -314,16 +315,7 @@ def _progress(quiet: bool) -> Progress:
 
 
 def _print_json(data: dict[str, Any]) -> None:
-    typer.echo(json.dumps(_without_nan(data), indent=2))
-
-
-def _without_nan(value: Any) -> Any:
-    """Return `value` with NaN and infinity as None: JSON has neither."""
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    typer.echo(json.dumps(without_nan(data), indent=2))
 
 
 def _fail(sentence: str, code: ExitCode) -> None:

@@ -20,7 +20,7 @@ from rotor_bringup.paper import judging
 from rotor_bringup.paper.claim import Claim
 from rotor_bringup.paper.claims import claims
 from rotor_bringup.paper.judging import AGREES, DOES_NOT, PARTLY, Results, Sweeps
-from rotor_bringup.paper.report import without_nan
+from rotor_bringup.plain_json import without_nan
 from rotor_sim.analysis import Survey
 
 CLAIMS = claims(FACTS)

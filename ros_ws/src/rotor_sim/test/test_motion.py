@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 
 from rotor_sim import RotorParameters
 from rotor_sim.analysis.motion import (
+    CONTINUOUS_SHARE,
+    DIFFUSION,
     LONGEST_PERIOD,
+    NO_DIFFUSION,
+    RETURN,
     SHORTEST,
     Motion,
     classify,
@@ -28,6 +32,10 @@ NOW = np.arange(POINTS)
 RANDOM = np.random.default_rng(5).uniform(size=POINTS)
 """Stands for fully developed chaos: nothing returns, no lines."""
 LINES = np.sin(0.0846 * 2.0 * np.pi * NOW)
+BLURRED = LINES + 0.2 * (RANDOM - 0.5)
+"""Crossings seen up to a step late: neither few lines nor a return, but no diffusion."""
+LOUD = LINES + (RANDOM - 0.5)
+"""So much of it that the walk diffuses in part."""
 THREE = np.array([1.0, 2.0, 4.0])[NOW % 3]
 
 
@@ -48,6 +56,11 @@ def label(series: Array, exponent: float = np.nan, error: float = 1e-3) -> str:
         (LINES, 0.0029, 'quasi-periodic'),
         (LINES, -0.1, 'quasi-periodic'),
         (LINES, np.nan, 'quasi-periodic'),
+        (BLURRED, -0.1, 'quasi-periodic'),
+        (BLURRED, -0.0031, 'quasi-periodic'),
+        (BLURRED, -0.0029, 'undecided'),  # within 3 standard errors
+        (BLURRED, np.nan, 'undecided'),
+        (LOUD, -0.1, 'undecided'),
         (THREE, -0.1, 'periodic'),
         (THREE, 0.0, 'periodic'),
         (THREE, np.nan, 'periodic'),
@@ -56,6 +69,15 @@ def label(series: Array, exponent: float = np.nan, error: float = 1e-3) -> str:
 )
 def test_rule(series: Array, exponent: float, expected: str) -> None:
     assert label(series, exponent) == expected
+
+
+def test_blurred_sections_are_what_they_stand_for() -> None:
+    """Else the rule on a negative exponent without lines and return would not be tested."""
+    for series, low, high in ((BLURRED, -1.0, NO_DIFFUSION), (LOUD, NO_DIFFUSION, DIFFUSION)):
+        torus = quasi_periodicity(series, series)
+        assert torus.line_share < CONTINUOUS_SHARE
+        assert torus.return_distance > RETURN
+        assert low < zero_one_test(series) < high
 
 
 def test_exponent_without_error_is_unknown() -> None:

@@ -5,7 +5,6 @@
 import dataclasses
 import html
 import json
-import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -25,6 +24,7 @@ from rotor_bringup.paper.figures import (
     load_facts,
 )
 from rotor_bringup.paper.run import Outcome
+from rotor_bringup.plain_json import without_nan
 
 SOURCE = (
     'Hou, Chen, Cao, Lu, Nonlinear vibration analysis of a cracked rotor-ball bearing system '
@@ -37,6 +37,11 @@ NOTES = (
     (
         'A point has converged when its mean, order amplitudes and exponent stay the same from N '
         'to 2N steps a revolution, within bounds. Points that do not are orange in the pictures.'
+    ),
+    (
+        'Exponents are those of tangents with saltation: where f jumps (all variants but derived) '
+        'the tangent jumps too. The thin line leaves that out, as a program does that does not '
+        'look for jumps: it is not the growth of a small deviation, and may have the wrong sign.'
     ),
     'Ticks of an axis, read off the print, bound a curve; they do not give its values.',
     (
@@ -119,15 +124,6 @@ def _processor() -> str:
 def _summary(rows: Sequence[Mapping[str, Any]], variant: str) -> dict[str, int]:
     found = [row['verdicts'][variant]['verdict'] for row in rows if variant in row['verdicts']]
     return {verdict: found.count(verdict) for verdict in VERDICTS}
-
-
-def without_nan(value: Any) -> Any:
-    """Return `value` with NaN and infinity as None: JSON has neither."""
-    if isinstance(value, dict):
-        return {key: without_nan(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def save(content: Mapping[str, Any], out: Path) -> None:
