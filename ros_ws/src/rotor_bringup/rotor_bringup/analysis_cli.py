@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands orbit-diagram, waterfall, lyapunov and poincare.
+"""The commands orbit-diagram, waterfall, lyapunov, poincare and map.
 
 Each command is a dataclass: its fields are the options, `compute` does the work. Everything that
 can be wrong with the options is found before anything is computed.
@@ -33,6 +33,7 @@ PAPER_LOAD_FACTOR = 3.0
 MOST_NUMBERS = 10_000_000
 """Values times revolutions of a sweep: all of it in memory is then below 2 GiB."""
 EXPONENT_REVOLUTIONS = 500
+MAP_EXPONENT_REVOLUTIONS = 200
 MOST_SECTIONS = 25
 """More sections than this cannot be told apart in one picture."""
 
@@ -334,9 +335,50 @@ class Poincare(_PointOrSweep):
         return run_sweep(self.name, question, self.resources(), on_progress)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Map(Analysis):
+    """Draw the largest exponent and the super-harmonics of Z over two parameters."""
+
+    name: ClassVar[str] = 'map'
+    over: Over
+    against: Annotated[
+        tuple[str, str, str, str],
+        typer.Option(
+            metavar='PARAMETER START STOP COUNT', help='The second parameter, as with --over.'
+        ),
+    ]
+    transient: Annotated[int, typer.Option(help='Revolutions to leave out.')] = 300
+    revolutions: Annotated[int, typer.Option(help='Revolutions to record.')] = 100
+
+    def plan(self) -> 'Plan':
+        """Return a plan with exponents over fewer revolutions than elsewhere."""
+        return self._plan(
+            revolutions=self.revolutions, exponent_revolutions=MAP_EXPONENT_REVOLUTIONS
+        )
+
+    def question(self) -> Question:
+        """Return the question along --over; refuse what --against sweeps."""
+        from rotor_sim.analysis.survey import ALIASES  # noqa: PLC0415 - slow
+
+        second = ALIASES.get(self.against[0], self.against[0])
+        options = {'speed_rad_s': ('--speed', self.speed), 'load_factor': ('--load', self.load)}
+        option, given = options.get(second, ('', None))
+        unless_swept(option, given, 0.0, swept=True)
+        if second in (ALIASES.get(text.split('=')[0], text) for text in self.settings or []):
+            raise AnalysisError(f'--set {second} has no meaning, since --against sweeps it')
+        return super().question()
+
+    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+        """Return the map."""
+        from rotor_bringup.analysis_runs import run_map  # noqa: PLC0415 - slow
+
+        values = values_of(*self.against[1:])
+        return run_map(question, self.against[0], values, self.resources(), on_progress)
+
+
 def add_commands(app: typer.Typer, console: Console, print_json: PrintJson) -> None:
-    """Register the four commands; people read `console`, programs what `print_json` prints."""
-    for analysis in (OrbitDiagram, Waterfall, Lyapunov, Poincare):
+    """Register the five commands; people read `console`, programs what `print_json` prints."""
+    for analysis in (OrbitDiagram, Waterfall, Lyapunov, Poincare, Map):
         app.command(analysis.name)(_command(analysis, console, print_json))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of the four analysis commands; lengths dimensionless as in the paper."""
+"""The pictures of the analysis commands; lengths dimensionless as in the paper."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,8 @@ from scipy.interpolate import CubicHermiteSpline
 from rotor_bringup import plots
 from rotor_bringup.plots import AXES, variant_text
 from rotor_interfaces.config import unit_of
-from rotor_sim.analysis import LyapunovExponent, PoincareSection
+from rotor_sim.analysis import LyapunovExponent, ParameterMap, PoincareSection
+from rotor_sim.analysis.survey import HARMONICS
 from rotor_sim.parameters import RotorParameters
 
 Rows = Mapping[str, NDArray[Any]]
@@ -248,6 +249,42 @@ def sections(rows: Rows, asked: dict[str, Any]) -> Figure:
         axes.set_title(f'{value}\n{rows["label"][number]}{note}', fontsize='small')
         axes.set_xlabel('Z')
         axes.set_ylabel('Y')
+    return figure
+
+
+def parameter_map(result: ParameterMap, asked: dict[str, Any]) -> Figure:
+    """Return the exponent and the largest super-harmonic of Z over two parameters.
+
+    Dots mark what does not converge at 2N; white is what diverged.
+    """
+    figure = canvas(heading('Map', asked), 12.0, 5.0)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    (across, x_factor), (up, y_factor) = (axis_of(name) for name in result.over)
+    x, y = result.values[0] * x_factor, result.values[1] * y_factor
+    higher = result.order_amplitude_z[..., 1 : len(HARMONICS)].max(axis=-1) / result.length_scale_m
+    finite = result.exponent[np.isfinite(result.exponent)]
+    limit = float(np.abs(finite).max()) if finite.size else 1.0
+    for axes, values, label, colours in (
+        (
+            panels[0],
+            result.exponent,
+            EXPONENT_LABEL,
+            {'cmap': 'RdBu_r', 'vmin': -limit, 'vmax': limit},
+        ),
+        (
+            panels[1],
+            higher,
+            f'largest super-harmonic (2x to 4x) of {_length("z")}',
+            {'cmap': 'viridis'},
+        ),
+    ):
+        mesh = axes.pcolormesh(x, y, values.T, shading='nearest', rasterized=True, **colours)
+        figure.colorbar(mesh, ax=axes, label=label)
+        if asked['check_steps']:
+            row, column = np.nonzero(~result.converged & (result.label != 'diverged'))
+            axes.plot(x[row], y[column], '.', color='black', markersize=1.5)
+        axes.set_xlabel(across)
+    panels[0].set_ylabel(up)
     return figure
 
 

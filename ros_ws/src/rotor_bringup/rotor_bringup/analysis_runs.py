@@ -22,6 +22,7 @@ from rotor_sim.analysis import (
     ResultCache,
     Survey,
     lyapunov_exponent,
+    parameter_map,
     poincare_section,
     survey,
 )
@@ -80,6 +81,54 @@ def _outcome(command: str, question: Question, found: Survey, direction: Directi
         found=_json_of(found, question),
         sentences=[*_labels(question, found.label), *_about(found, question)],
         draw=partial(_SWEEPS[command], rows | shared, asked),
+    )
+
+
+def run_map(
+    question: Question,
+    against: str,
+    values: NDArray[np.float64],
+    resources: Resources,
+    on_progress: OnProgress,
+) -> Outcome:
+    """Return exponents and amplitudes over the question's parameter and a second one."""
+    assert question.over is not None  # noqa: S101 - the command asks for it
+    with resources.opened() as where:
+        result = parameter_map(
+            question.parameters,
+            over=(question.over, against),
+            values=(question.values, values),
+            plan=question.plan,
+            speed_rad_s=question.speed_rad_s,
+            load_factor=question.load_factor,
+            on_progress=on_progress,
+            **where,
+        )
+    count = result.label.size
+    grid = np.meshgrid(*result.values, indexing='ij')
+    rows = {name: axis.ravel() for name, axis in zip(result.over, grid, strict=True)}
+    for name in ('exponent', 'standard_error', 'label', 'converged', 'length_scale_m'):
+        rows[name] = getattr(result, name).ravel()
+    for name in ('order_amplitude_y', 'order_amplitude_z'):
+        rows[name] = getattr(result, name).reshape(count, -1)
+    asked = question.asked('map') | {'against': result.over[1]}
+    asked |= {name: None for name in ('speed_rad_s', 'load_factor') if name == result.over[1]}
+    positive = int((result.exponent > SIGNIFICANCE * result.standard_error).sum())
+    kinds = ', '.join(f'{n} {kind}' for kind, n in Counter(rows['label'].tolist()).most_common())
+    sentences = [
+        f'{count} points over {result.over[0]} and {result.over[1]}: {kinds}',
+        f'exponent positive by {SIGNIFICANCE:g} standard errors at {positive} of them',
+    ]
+    if question.plan.check_steps:
+        bad = int((~result.converged & (result.label != 'diverged')).sum())
+        sentences.append(f'{bad} have NOT converged: twice the steps give something else')
+    return Outcome(
+        asked=asked,
+        rows=rows,
+        shared={},
+        found={'over': list(result.over), 'positive': positive},
+        sentences=sentences,
+        draw=partial(analysis_figures.parameter_map, result, asked),
     )
 
 

@@ -199,7 +199,7 @@ def test_one_revolution_is_that_of_dop853(
 
 
 def test_divergence_is_nan_for_that_trajectory_alone() -> None:
-    """Ten times the step that RK4 bears: the bearings' modes grow without bound."""
+    """Twice the step that RK4 bears: the bearings' modes grow without bound."""
     good = [point('derived', crack_stiffness_ratio=k) for k in (0.0, 0.1, 0.2, 0.3)]
     slow = OperatingPoint(RotorParameters.hou2016('derived'), 40.0, 3.0)
     alone, together = Ensemble([*good, good[0]], 128), Ensemble([*good, slow], 128)
@@ -209,9 +209,9 @@ def test_divergence_is_nan_for_that_trajectory_alone() -> None:
     assert not np.isfinite(together.states[4]).any()
     assert np.array_equal(together.states[:4], alone.states[:4])
     assert np.isfinite(alone.states).all()
-    logs = together.advance_tangents(np.ones(12))
-    assert not np.isfinite(logs[4]).all()
-    assert np.isfinite(logs[:4]).all()
+    tangents = together.advance_tangents(np.ones(12))
+    assert not np.isfinite(tangents[4]).any()
+    assert np.isfinite(tangents[:4]).all()
 
 
 # --- the breathing function -----------------------------------------------------------------
@@ -237,12 +237,18 @@ def breathing(where: OperatingPoint, theta: Array, terms: int) -> Array:
 HALF_ANGLES = [0.01, 0.011, 0.03, 0.1, 0.29, 0.3, 0.5, math.pi / 6, 0.9, 1.2, 1.5, math.pi / 2]
 
 
-@pytest.mark.parametrize('half_angle', HALF_ANGLES)
-@pytest.mark.parametrize('variant', ['derived', 'natural', 'figure'])
+@pytest.mark.parametrize(
+    ('variant', 'half_angle'),
+    [
+        (variant, half_angle)
+        for variant in ('derived', 'natural', 'figure')
+        for half_angle in HALF_ANGLES
+        # refused: see test_narrow_crack_of_a_continued_branch
+        if not (variant == 'figure' and half_angle < 0.3)
+    ],
+)
 def test_breathing_is_that_of_the_model(variant: str, half_angle: float) -> None:
     """The three readings of eq. (4), one in each of these variants."""
-    if variant == 'figure' and half_angle < 0.3:
-        pytest.skip('refused: see test_narrow_crack_of_a_continued_branch')
     where = point(variant, crack_half_angle_rad=half_angle)
     convention = where.parameters.theta_convention
     edges = np.array([0.5 * math.pi - half_angle, 0.5 * math.pi + half_angle])
@@ -293,8 +299,8 @@ def test_tangents_of_a_linear_rotor_are_the_matrix_exponential() -> None:
     where = point('derived', contact_stiffness_n_m15=0.0, crack_stiffness_ratio=0.0)
     found = Ensemble([where] * 12, 4096).advance_tangents(np.eye(12), 3)
     exact = expm(linear_matrix(where.parameters) * 6.0 * math.pi).T
-    # RK4's order without contact and crack is 4: 14^5 (2 pi/4096)^4/120 x 19 at the fastest mode
-    # of 6.4 a radian is 1e-8 of it
+    # RK4 loses 7.9^5 (2 pi/4096)^4/120 x 6 pi = 3e-8 of the fastest mode, and its velocity is 7.9
+    # times its displacement; it is damped to a sixth by then
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7)
 
 
@@ -455,5 +461,6 @@ def test_exponents_add_up_to_the_trace(variant: str, crack: float) -> None:
     # RK4 damps the modes near 14 a radian by 14^6 h^5/72 each: 9e-6 x 8 at h = 2 pi/1024
     assert found.spectrum.sum() == pytest.approx(trace, abs=1e-4)
     assert found.spectrum.shape == (12,)
+    assert (np.diff(found.spectrum) <= 0.0).all()
     # the largest is that of one tangent, up to what 50 revolutions leave of the other directions
     assert found.spectrum[0] == pytest.approx(found.exponent, abs=3e-3)

@@ -357,24 +357,24 @@ def parameter_map(
     Worked off in strips of STRIP points, of which only the numbers of ParameterMap are kept:
     the memory it takes does not grow with the sections and spectra of the grid.
     """
-    first, second = _axis(over[0], values[0]), _axis(over[1], values[1])
-    if first[0] == second[0]:
-        raise AnalysisError(f'a map over {first[0]} and {first[0]} is a line; name two parameters')
+    names = [ALIASES.get(name, name) for name in over]
+    if names[0] == names[1]:
+        raise AnalysisError(f'a map over {names[0]} and itself is a line; name two parameters')
     # each sweep needs the numbers that the other one gives
     given = {'speed_rad_s': speed_rad_s, 'load_factor': load_factor}
-    spare = given | {name: 1.0 for name in (first[0], second[0]) if name in given}
-    rows = sweep(parameters, first[0], first[2], **spare)
+    spare = given | {name: 1.0 for name in names if name in given}
     points = [
         point
-        for row in rows
+        for row in sweep(parameters, over[0], values[0], **spare)
         for point in sweep(
             row.parameters,
-            second[0],
-            second[2],
+            over[1],
+            values[1],
             speed_rad_s=row.speed_rad_s,
             load_factor=row.load_factor,
         )
     ]
+    first, second = (_axis(name, wanted) for name, wanted in zip(over, values, strict=True))
     parts = []
     for begin in range(0, len(points), STRIP):
 
@@ -455,17 +455,20 @@ def lyapunov_exponent(
         )
     discard = revolutions // ALIGNMENT
     largest = estimate(logs[:, 0, 0], 2.0 * math.pi, discard=discard)
-    everything = None
+    exponents, errors = None, None
     if spectrum:
         crowd = Ensemble([point] * 12, steps, start, revolution)
         logs = tangent_growth(crowd, revolutions, directions=12, saltation=saltation)
         everything = estimate(logs[:, 0], 2.0 * math.pi, discard=discard)
+        # QR leaves nearly equal ones in any order
+        order = np.argsort(-everything.exponent)
+        exponents, errors = everything.exponent[order], everything.standard_error[order]
     return LyapunovExponent(
         float(largest.exponent),
         float(largest.standard_error),
         largest.running,
-        everything.exponent if everything else None,
-        everything.standard_error if everything else None,
+        exponents,
+        errors,
     )
 
 
