@@ -20,7 +20,7 @@ from rotor_sim import RotorParameters
 from rotor_sim.analysis import Ensemble, OperatingPoint
 from rotor_sim.analysis.lyapunov import estimate
 from rotor_sim.analysis.motion import zero_one_test
-from rotor_sim.analysis.survey import tangent_growth
+from rotor_sim.analysis.surveys import tangent_growth
 
 CRACKS = (0.1875, 0.2, 0.2125, 0.225)
 STEPS = (256, 512, 1024, 2048, 4096)

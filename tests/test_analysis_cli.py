@@ -395,12 +395,56 @@ def test_ctrl_c_keeps_what_is_done_and_a_repeated_run_goes_on(rig: Rig, tmp_path
         assert array.tobytes() == second[name].tobytes(), name
 
 
+@pytest.mark.parametrize(
+    ('options', 'sentence'),
+    [
+        (('--against', 'speed', 100, 200, 2), 'a map over speed_rad_s and itself is a line'),
+        (('--against', 'K', 0, 0.1, 2, '--set', 'K=0.2'), '--set crack_stiffness_ratio has no'),
+        (('--against', 'G', 0, 3, 2, '--load', 2), '--load has no meaning'),
+        (('--against', 'G', 3, 0, 2), 'START must be below STOP'),
+        (('--against', 'size', 0, 1, 2), "'size' is nothing to sweep over"),
+        ((), "Missing option '--against'"),
+    ],
+)
+def test_a_map_needs_two_parameters(
+    command: Command, options: tuple[object, ...], sentence: str
+) -> None:
+    code, said = command('map', '--over', 'speed', 300, 400, 2, *options)
+    assert code == 2
+    assert sentence in said
+
+
+def test_a_map_is_the_surveys_of_its_points(command: Command, tmp_path: Path) -> None:
+    """Each point of the grid has the exponent that a sweep along one side gives it."""
+    code, said = command(
+        *('map', '--over', 'K', 0, 0.2, 3, '--against', 'G', 1, 3, 2, *SHORT, '--no-check'),
+        *('--out', tmp_path / 'map.npz'),
+    )
+    assert code == 0, said
+    with np.load(tmp_path / 'map.npz') as found:
+        assert list(found['load_factor']) == [1.0, 3.0] * 3
+        assert found['crack_stiffness_ratio'].tolist() == [0.0, 0.0, 0.1, 0.1, 0.2, 0.2]
+        asked = json.loads(str(found['asked']))
+        plan = Plan(
+            asked['transient_revolutions'],
+            asked['revolutions'],
+            exponent_revolutions=asked['exponent_revolutions'],
+            check_steps=False,
+        )
+        rotor = RotorParameters.hou2016('derived')
+        points = sweep(rotor, 'K', [0.0, 0.1, 0.2], speed_rad_s=352.0, load_factor=3.0)
+        alone = survey(points, plan)
+        # up to 4 points run by other machine code, equal to rounding
+        np.testing.assert_allclose(found['exponent'][1::2], alone.exponent, atol=1e-9)
+
+
 PAGE = Path(__file__).parents[1] / 'docs' / 'analyses.md'
 SMALLER = {
     'orbit-diagram': SHORT,
     'waterfall': SHORT,
     'lyapunov': ('--transient', '30', '--revolutions', '50'),
     'poincare': SHORT,
+    'map': SHORT,
 }
 
 
@@ -412,8 +456,8 @@ def documented(language: str) -> list[str]:
 def test_the_documented_commands_run(command: Command, line: str) -> None:
     program, name, *options = shlex.split(line)
     assert program == 'rotor-rig'
-    if '--over' in options:  # the last one counts
-        count = options.index('--over') + 4
+    for sweeping in {'--over', '--against'} & set(options):
+        count = options.index(sweeping) + 4
         options[count] = str(min(int(options[count]), 8))
     code, said = command(name, *options, *SMALLER[name])
     assert code == 0, said
@@ -434,6 +478,9 @@ def test_every_command_and_function_is_documented() -> None:
     page = PAGE.read_text('utf-8')
     for name in SMALLER:
         assert f'| `{name}` |' in page
-    for name in ('orbit_diagram', 'waterfall', 'lyapunov_exponent', 'poincare_section', 'survey'):
+    for name in (
+        *('orbit_diagram', 'waterfall', 'lyapunov_exponent', 'poincare_section'),
+        *('parameter_map', 'survey'),
+    ):
         assert name in rotor_sim.analysis.__all__
         assert name in page

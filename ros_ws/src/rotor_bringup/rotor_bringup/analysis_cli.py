@@ -164,7 +164,7 @@ class Analysis:
     def question(self) -> Question:
         """Return what is asked; RigError with one sentence for anything that does not serve."""
         from rotor_sim.analysis.ensemble import OperatingPoint, steps_needed  # noqa: PLC0415 - slow
-        from rotor_sim.analysis.survey import ALIASES, sweep  # noqa: PLC0415
+        from rotor_sim.analysis.surveys import ALIASES, sweep  # noqa: PLC0415
 
         over, values = None, np.empty(0)
         if self.over is not None:
@@ -358,7 +358,7 @@ class Map(Analysis):
 
     def question(self) -> Question:
         """Return the question along --over; refuse what --against sweeps."""
-        from rotor_sim.analysis.survey import ALIASES  # noqa: PLC0415 - slow
+        from rotor_sim.analysis.surveys import ALIASES  # noqa: PLC0415 - slow
 
         second = ALIASES.get(self.against[0], self.against[0])
         options = {'speed_rad_s': ('--speed', self.speed), 'load_factor': ('--load', self.load)}

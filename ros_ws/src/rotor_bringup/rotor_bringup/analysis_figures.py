@@ -16,7 +16,7 @@ from rotor_bringup import plots
 from rotor_bringup.plots import AXES, variant_text
 from rotor_interfaces.config import unit_of
 from rotor_sim.analysis import LyapunovExponent, ParameterMap, PoincareSection
-from rotor_sim.analysis.survey import HARMONICS
+from rotor_sim.analysis.surveys import HARMONICS
 from rotor_sim.parameters import RotorParameters
 
 Rows = Mapping[str, NDArray[Any]]

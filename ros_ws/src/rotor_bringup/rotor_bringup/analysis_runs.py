@@ -29,7 +29,7 @@ from rotor_sim.analysis import (
 from rotor_sim.analysis.diagrams import Direction, continuation
 from rotor_sim.analysis.ensemble import steps_needed
 from rotor_sim.analysis.motion import SIGNIFICANCE
-from rotor_sim.analysis.survey import EXPONENT_ERRORS, EXPONENT_RESOLUTION
+from rotor_sim.analysis.surveys import EXPONENT_ERRORS, EXPONENT_RESOLUTION
 
 
 @dataclass(frozen=True)

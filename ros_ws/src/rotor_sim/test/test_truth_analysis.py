@@ -21,7 +21,7 @@ from rotor_sim.analysis import (
     survey,
 )
 from rotor_sim.analysis.diagrams import Method
-from rotor_sim.analysis.survey import HARMONICS
+from rotor_sim.analysis.surveys import HARMONICS
 
 PRINTED = 5e-4
 SCATTER = 2e-3

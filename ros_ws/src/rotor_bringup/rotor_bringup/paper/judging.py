@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rotor_bringup.paper.figures import Diagram
 from rotor_sim.analysis import Survey
-from rotor_sim.analysis.survey import HARMONICS
+from rotor_sim.analysis.surveys import HARMONICS
 
 AGREES, PARTLY, DOES_NOT = 'agrees', 'partly', 'does not'
 

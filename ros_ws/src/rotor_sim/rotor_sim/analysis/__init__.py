@@ -23,7 +23,7 @@ from rotor_sim.analysis.diagrams import (
     waterfall,
 )
 from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint
-from rotor_sim.analysis.survey import Plan, Survey, survey, sweep
+from rotor_sim.analysis.surveys import Plan, Survey, survey, sweep
 
 __all__ = [
     'Ensemble',

@@ -28,7 +28,7 @@ _MODEL_SOURCES = (
     'parameters.py',
     *(
         f'analysis/{name}.py'
-        for name in ('_lanes', 'ensemble', 'lyapunov', 'motion', 'survey', 'continuation')
+        for name in ('_lanes', 'ensemble', 'lyapunov', 'motion', 'surveys', 'continuations')
     ),
 )
 """What the numbers of an analysis depend on; a change of any of it makes all keys new."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_sim.analysis.cache import ResultCache
-from rotor_sim.analysis.continuation import follow
+from rotor_sim.analysis.continuations import follow
 from rotor_sim.analysis.ensemble import (
     Array,
     Ensemble,
@@ -26,7 +26,7 @@ from rotor_sim.analysis.ensemble import (
 )
 from rotor_sim.analysis.lyapunov import estimate, two_trajectory_growth
 from rotor_sim.analysis.motion import classify
-from rotor_sim.analysis.survey import (
+from rotor_sim.analysis.surveys import (
     ALIASES,
     ALIGNMENT,
     SAMPLES,
@@ -238,7 +238,7 @@ def continuation(
     """Return the surveys of several sweeps over the same values, each followed up or down.
 
     A sweep is its points, one for each value; the results keep the order of `values`. See
-    `continuation.follow`. Raises AnalysisError for an unknown direction.
+    `continuations.follow`. Raises AnalysisError for an unknown direction.
     """
     rising = np.argsort(np.asarray(values, np.float64).ravel(), kind='stable')
     orders = []

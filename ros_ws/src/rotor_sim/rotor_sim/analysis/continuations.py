@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from rotor_sim.analysis.cache import Arrays
 from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint, fixed_start, steps_needed
-from rotor_sim.analysis.survey import (
+from rotor_sim.analysis.surveys import (
     SAMPLES,
     Plan,
     Survey,

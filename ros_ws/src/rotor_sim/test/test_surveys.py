@@ -35,7 +35,7 @@ from rotor_sim.parameters import GRAVITY_M_S2, VARIANTS
 
 Array = NDArray[np.float64]
 
-module = importlib.import_module('rotor_sim.analysis.survey')  # `survey` is a function too
+module = importlib.import_module('rotor_sim.analysis.surveys')
 diagrams = importlib.import_module('rotor_sim.analysis.diagrams')
 
 DERIVED = RotorParameters.hou2016()
