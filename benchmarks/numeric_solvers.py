@@ -15,12 +15,10 @@ per unit tau for one K, over `count` revolutions after the `first` ones.
 import ctypes
 import functools
 import math
-import subprocess
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
+from c_peer import Rotor, c_library
 from equations import (
     LOAD_FACTOR,
     ROTOR,
@@ -32,7 +30,6 @@ from equations import (
     equations,
     growth,
 )
-from kernels import Rotor
 
 from rotor_sim.analysis import Ensemble, OperatingPoint, lyapunov_exponent, orbit_diagram
 from rotor_sim.model import ball_angles
@@ -94,23 +91,6 @@ def diagram_orbit(crack: Array, first: int, count: int, tolerance: float) -> Orb
 
 
 # --- plain C: peer.c, of fixed steps as this project
-
-
-@functools.cache
-def c_library():
-    with tempfile.TemporaryDirectory() as folder:
-        source, made = Path(__file__).parent / 'peer.c', f'{folder}/peer'
-        flags = ('-O3', '-march=native', '-ffast-math', '-fPIC')
-        subprocess.run(['gcc', *flags, '-c', source, '-o', f'{made}.o'], check=True)
-        # linked apart, since -ffast-math there would set the processor's mode for all solvers
-        subprocess.run(['gcc', '-shared', f'{made}.o', '-lm', '-o', f'{made}.so'], check=True)
-        return ctypes.CDLL(f'{made}.so')
-
-
-def c_compiler() -> str:
-    """Return the version of gcc."""
-    done = subprocess.run(['gcc', '-dumpfullversion'], check=True, capture_output=True, text=True)
-    return done.stdout.strip()
 
 
 def c_rotor(r: RotorParameters) -> Rotor:

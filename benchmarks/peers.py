@@ -20,7 +20,6 @@ import inspect
 import json
 import math
 import os
-import statistics
 import time
 import warnings
 from collections.abc import Callable
@@ -29,8 +28,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import c_peer
 import equations as model
-import kernels
 import numeric_solvers as numeric
 import numpy as np
 import report
@@ -93,7 +92,7 @@ NUMBA = (*ODE, numeric.numba_equations, model.growth)
 PEERS = (
     Peer('rotor_sim', 'rotor_sim', numeric, 'rig', fixed_steps=True),
     Peer('rotor_sim, orbit_diagram', 'rotor_sim', numeric, 'diagram', fixed_steps=True),
-    Peer('C, gcc -O3, RK4', '', numeric, 'c', (numeric.c_library, kernels.Rotor, numeric.c_rotor,
+    Peer('C, gcc -O3, RK4', '', numeric, 'c', (c_peer.c_library, c_peer.Rotor, numeric.c_rotor,
          numeric.c_advance, model.growth), fixed_steps=True, sources=('peer.c',)),
     Peer('scipy DOP853', 'scipy', numeric, 'scipy_dop853', (*NUMBA, numeric.numba_single)),
     Peer('scipy LSODA', 'scipy', numeric, 'scipy_lsoda', (*NUMBA, numeric.numba_single)),
@@ -210,7 +209,7 @@ def match(peer: Peer, allowed: dict[int, float], wanted: Array) -> list[Row]:
 def version(peer: Peer) -> str:
     """Return the version of the peer's package."""
     if not peer.package:
-        return numeric.c_compiler()
+        return c_peer.c_compiler()
     return importlib.metadata.version(peer.package)
 
 
@@ -233,23 +232,36 @@ def prepare(rows: list[Row]) -> list[tuple[Row, str, Callable[[], Any]]]:
     return runs
 
 
+def attempt(row: Row, run: Callable[[], Any]) -> tuple[float, Any]:
+    """Return CPU seconds and result; both NaN where the run fails, and the row notes why."""
+    try:
+        seconds, result = report.timed(run)
+        finite = bool(np.isfinite(result).all())
+    except Exception as error:  # noqa: BLE001 - whatever a library throws is its result
+        row.note = reason(error)
+        return math.nan, math.nan
+    if not finite:
+        row.note = 'the result is not finite'
+        return math.nan, math.nan
+    return seconds, result
+
+
 def measure(rows: list[Row], rounds: int, console: Console) -> None:
     """Run both tasks of every row, in turns; fill in times and ratios."""
     runs = prepare(rows)
     for number in range(rounds):
         console.print(f'round {number + 1} of {rounds}', style='dim')
         for row, task, run in runs:
-            seconds, result = report.timed(run)
-            finite = bool(np.isfinite(result).all())
-            getattr(row, f'{task}_times_s').append(seconds if finite else math.nan)
+            seconds, result = attempt(row, run)
+            getattr(row, f'{task}_times_s').append(seconds)
             if task == 'exponent':
                 row.exponent = result
     for row, task, _ in runs:
         ours = next(other for other in rows if other.steps == row.steps)
         times, base = getattr(row, f'{task}_times_s'), getattr(ours, f'{task}_times_s')
-        setattr(row, f'{task}_s', statistics.median(times))
-        ratio = statistics.median(a / b for a, b in zip(times, base, strict=True))
-        setattr(row, f'{task}_ratio', ratio)
+        # numpy's median of times with a NaN is NaN: a solver that failed once has no time
+        setattr(row, f'{task}_s', float(np.median(times)))
+        setattr(row, f'{task}_ratio', float(np.median(np.divide(times, base))))
 
 
 def reason(error: BaseException) -> str:

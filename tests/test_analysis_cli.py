@@ -246,7 +246,7 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
     'a whole number': ('orbit-diagram --over ball_count 6 9 4', ["'ball_count'"]),
     'empty range': ('waterfall --over K 0.3 0 10', ['0.3 to 0', 'empty']),
     'nothing between': ('waterfall --over K 0.1 0.1 10', ['empty']),
-    'no values': ('lyapunov --over K 0 0.3 0', ['COUNT = 0', '1 or more']),
+    'no values': ('lyapunov --over K 0 0.3 0', ['COUNT = 0', '1 to 1000000']),
     'fewer than none': ('lyapunov --over K 0 0.3 -5', ['COUNT = -5']),
     'half a value': ('lyapunov --over K 0 0.3 2.5', ['COUNT = 2.5']),
     'NaN range': ('poincare --over K nan 0.3 5', ['START = nan']),

@@ -27,7 +27,7 @@ setup(
         'distributed>=2025.1',
         'maneuver_gen==0.1.0',
         'matplotlib>=3.9',
-        'numpy>=2.0',
+        'numpy>=2.1',
         'pillow>=11.0',
         'pyarrow>=17.0',
         'pydantic>=2.9',

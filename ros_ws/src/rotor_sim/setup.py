@@ -26,7 +26,7 @@ setup(
     ],
     install_requires=[
         'numba>=0.61',
-        'numpy>=2.0',
+        'numpy>=2.1',
         'pydantic>=2.9',
         'rotor_interfaces==0.1.0',
         'scipy>=1.14',

@@ -16,8 +16,8 @@ def values_of(start: str, stop: str, count: str) -> NDArray[np.float64]:
     """Return the values of --over; AnalysisError unless it is an ascending range."""
     first, last = _finite('START', start), _finite('STOP', stop)
     how_many = _number(count)
-    if not isinstance(how_many, int) or isinstance(how_many, bool) or how_many < 1:
-        raise AnalysisError(f'--over: COUNT = {count} is out of range; allowed: 1 or more')
+    if not isinstance(how_many, int) or isinstance(how_many, bool) or not 1 <= how_many <= 10**6:
+        raise AnalysisError(f'--over: COUNT = {count} is out of range; allowed: 1 to 1000000')
     if how_many > 1 and not first < last:
         raise AnalysisError(
             f'--over: the range from {start} to {stop} is empty; START must be below STOP'

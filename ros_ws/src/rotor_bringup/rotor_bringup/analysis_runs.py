@@ -126,7 +126,15 @@ def run_map(
         asked=asked,
         rows=rows,
         shared={},
-        found={'over': list(result.over), 'positive': positive},
+        found={
+            'over': list(result.over),
+            'values': [axis.tolist() for axis in result.values],
+            **{
+                name: getattr(result, name).tolist()
+                for name in ('exponent', 'standard_error', 'label', 'converged')
+            },
+            'positive': positive,
+        },
         sentences=sentences,
         draw=partial(analysis_figures.parameter_map, result, asked),
     )

@@ -211,10 +211,10 @@ def one_sentence(raised: pytest.ExceptionInfo[AnalysisError]) -> bool:
     ('steps', 'clearance_m', 'expected'),
     [
         (127, 0.0, r'steps_per_revolution = 127 does not serve; allowed: '),
-        (64, 0.0, r'steps_per_revolution = 64 does not serve; allowed: .* from 128 to 65536'),
+        (64, 0.0, r'steps_per_revolution = 64 does not serve; allowed: .* from 128 to 131072'),
         (128, 1e-6, r'128 does not serve with clearance_m = 1e-06 m; allowed: .* from 256 to'),
         (255, 1e-6, 'does not serve with clearance_m'),
-        (131072, 0.0, 'does not serve'),
+        (262144, 0.0, 'does not serve'),
         (0, 0.0, 'does not serve'),
         (-256, 0.0, 'does not serve'),
         (257, 0.0, 'does not serve'),

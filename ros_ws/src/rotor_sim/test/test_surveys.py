@@ -188,7 +188,7 @@ def test_survey_refuses() -> None:
     ('changes', 'expected'),
     [
         ({'transient_revolutions': -1}, 'transient_revolutions = -1 is out of range; allowed: 0 '),
-        ({'revolutions': 15}, 'revolutions = 15 is out of range; allowed: 16 to 100000'),
+        ({'revolutions': 15}, 'revolutions = 15 is out of range; allowed: 16 to 4000'),
         ({'revolutions': 10**6}, 'revolutions = 1e.06 is out of range'),
         ({'exponent_revolutions': 49}, 'exponent_revolutions = 49 .* 0 .none., or at least 50'),
         ({'exponent_revolutions': -1}, 'exponent_revolutions = -1'),
@@ -450,6 +450,44 @@ def test_naive_exponent_is_that_without_saltation(variant: str) -> None:
             assert np.isnan(expected[0])
         else:
             assert alone.exponent == expected[0]
+
+
+@pytest.mark.parametrize('analysis', ['lyapunov_exponent', 'poincare_section', 'survey'])
+def test_a_rotor_that_runs_away_gives_no_number(analysis: str) -> None:
+    """5000 static deflections are far outside of the model, however finite."""
+    rotor = RotorParameters.hou2016()
+    start = np.zeros(12)
+    start[0] = 5000.0 * rotor.length_scale_m
+    where = {'speed_rad_s': 352.0, 'load_factor': 3.0}
+    if analysis == 'survey':
+        points = sweep(rotor, 'K', [0.1], **where)
+        found = survey(points, Plan(0, 20, check_steps=False), initial_state=start)
+        assert found.label[0] == 'diverged'
+        assert np.isnan(found.z).all()
+    elif analysis == 'poincare_section':
+        section = diagrams.poincare_section(
+            rotor, **where, transient_revolutions=0, revolutions=20, initial_state=start
+        )
+        assert section.label == 'diverged'
+        assert np.isnan(section.orbit_z).all()
+    else:
+        exponent = diagrams.lyapunov_exponent(
+            rotor, **where, transient_revolutions=0, revolutions=50, initial_state=start
+        )
+        assert np.isnan([exponent.exponent, exponent.standard_error]).all()
+
+
+@pytest.mark.parametrize('start', [0.0, [1.0], [float('nan')] * 12])
+def test_a_start_is_twelve_finite_numbers(start: Any) -> None:
+    where = {'speed_rad_s': 352.0, 'load_factor': 3.0, 'initial_state': start}
+    rotor = RotorParameters.hou2016()
+    for analysis in (diagrams.lyapunov_exponent, diagrams.poincare_section):
+        with pytest.raises(AnalysisError, match='give 12 finite numbers'):
+            analysis(rotor, **where, revolutions=100, transient_revolutions=0)
+    with pytest.raises(AnalysisError, match='give 12 finite numbers'):
+        diagrams.orbit_diagram(
+            rotor, over='K', values=[0.1], direction='up', **where, transient_revolutions=0
+        )
 
 
 def test_divergence_is_a_row_of_nan_and_its_neighbours_do_not_feel_it() -> None:

@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotor_sim.analysis.cache import Arrays
-from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint, fixed_start, steps_needed
+from rotor_sim.analysis.ensemble import (
+    Ensemble,
+    OperatingPoint,
+    checked_start,
+    fixed_start,
+    steps_needed,
+)
 from rotor_sim.analysis.surveys import (
     SAMPLES,
     Plan,
@@ -41,7 +47,7 @@ def follow(
             f'{plan.exponent_revolutions}; a continuation takes sweeps of one length and 0'
         )
     steps = max(steps_needed(p, plan.steps_per_revolution) for points in sweeps for p in points)
-    states = None if initial_state is None else np.asarray(initial_state, np.float64)
+    states = checked_start(initial_state)
     revolution = 0
     found: list[Arrays] = []
     for column in zip(*sweeps, strict=True):
@@ -53,7 +59,8 @@ def follow(
         record[failed] = np.nan
         for lost in np.flatnonzero(failed):
             states[lost] = fixed_start(column[lost].parameters)
-        found.append(summarise(column, record, plan.highest_order))
+        with np.errstate(all='ignore'):  # NaN says what diverged
+            found.append(summarise(column, record, plan.highest_order))
     surveys = []
     for number, points in enumerate(sweeps):
         arrays = {name: np.stack([part[name][number] for part in found]) for name in found[0]}

@@ -8,6 +8,7 @@ its `values`. Results are in frame `rotor` and SI; `length_scale_m` makes them d
 """
 
 import concurrent.futures
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ from rotor_sim.analysis.ensemble import (
     Array,
     Ensemble,
     OperatingPoint,
+    check_breathing,
+    checked_start,
     steps_needed,
 )
 from rotor_sim.analysis.lyapunov import estimate, two_trajectory_growth
@@ -33,6 +36,7 @@ from rotor_sim.analysis.surveys import (
     Plan,
     Progress,
     Survey,
+    diverged,
     survey,
     sweep,
     tangent_growth,
@@ -47,6 +51,8 @@ SEPARATION = 1e-8
 """Distance of the two trajectories over the static deflection."""
 STRIP = 4096
 """Points of a map that are worked on at once."""
+MOST_POINTS = 250_000
+"""Points of a map; the points alone take 0.5 GB."""
 BAND = 8.0
 """Orders of a waterfall unless asked otherwise."""
 
@@ -374,6 +380,10 @@ def parameter_map(
             load_factor=row.load_factor,
         )
     ]
+    if len(points) > MOST_POINTS:
+        raise AnalysisError(
+            f'a map of {len(points)} points is too large; allowed: {MOST_POINTS}, 500 x 500'
+        )
     first, second = (_axis(name, wanted) for name, wanted in zip(over, values, strict=True))
     parts = []
     for begin in range(0, len(points), STRIP):
@@ -442,9 +452,12 @@ def lyapunov_exponent(
     )
     point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
     steps = steps_needed(point, plan.steps_per_revolution)
-    ensemble = Ensemble([point], steps, initial_state)
+    check_breathing(point)
+    ensemble = Ensemble([point], steps, checked_start(initial_state))
     ensemble.advance(plan.transient_revolutions)
     start, revolution = ensemble.states, ensemble.revolution
+    if method == 'two_trajectories' and (spectrum or not saltation):
+        raise AnalysisError('spectrum and saltation belong to the tangent; leave them out')
     if method == 'two_trajectories':
         logs = _two_trajectories(point, steps, start, revolution, revolutions)
     elif method == 'tangent':
@@ -453,13 +466,20 @@ def lyapunov_exponent(
         raise AnalysisError(
             f"method = {method!r} is not known; it must be 'tangent' or 'two_trajectories'"
         )
-    discard = revolutions // ALIGNMENT
-    largest = estimate(logs[:, 0, 0], 2.0 * math.pi, discard=discard)
+    last = ensemble.advance(1, SAMPLES)
+    if diverged([point], last, start)[0] or diverged([point], last, ensemble.states)[0]:
+        logs = np.full_like(logs, np.nan)
+    estimated = functools.partial(
+        estimate,
+        interval_length=2.0 * math.pi,
+        discard=revolutions // ALIGNMENT,
+    )
+    largest = estimated(logs[:, 0, 0])
     exponents, errors = None, None
     if spectrum:
         crowd = Ensemble([point] * 12, steps, start, revolution)
         logs = tangent_growth(crowd, revolutions, directions=12, saltation=saltation)
-        everything = estimate(logs[:, 0], 2.0 * math.pi, discard=discard)
+        everything = estimated(logs[:, 0])
         # QR leaves nearly equal ones in any order
         order = np.argsort(-everything.exponent)
         exponents, errors = everything.exponent[order], everything.standard_error[order]
@@ -508,9 +528,13 @@ def poincare_section(
     """
     Plan(transient_revolutions, revolutions, steps_per_revolution)
     point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
-    ensemble = Ensemble([point], steps_needed(point, steps_per_revolution), initial_state)
+    check_breathing(point)
+    steps = steps_needed(point, steps_per_revolution)
+    ensemble = Ensemble([point], steps, checked_start(initial_state))
     ensemble.advance(transient_revolutions)
-    orbit = ensemble.advance(revolutions, SAMPLES)[0].reshape(revolutions, SAMPLES, 4)
+    record = ensemble.advance(revolutions, SAMPLES)
+    record[diverged([point], record, ensemble.states)] = np.nan
+    orbit = record[0].reshape(revolutions, SAMPLES, 4)
     section = orbit[:, 0]
     nothing = np.full(1, np.nan)
     motion = classify(section[np.newaxis, :, 0], section[np.newaxis, :, 1], nothing, nothing)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many rotors at constant speed and load, integrated side by side: the face of `_lanes`."""
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ FEWEST_STEPS_WITH_CLEARANCE = 256
 """Steps a revolution below which results are wrong: balls that leave and hit the race need more
 (docs/physics.md)."""
 
+MOST_STEPS = 2**17
 STEPS_MULTIPLE = 64
 """Steps a revolution are a multiple of this, so that so many samples of it can be recorded."""
 
@@ -68,6 +70,26 @@ def fixed_start(parameters: RotorParameters) -> Array:
     return np.array([*FIXED_START, *(0.0,) * 6]) * parameters.length_scale_m
 
 
+def checked_start(initial_state: ArrayLike | None) -> Array | None:
+    """Return a start as 12 numbers in SI, None for the fixed one; AnalysisError for others."""
+    if initial_state is None:
+        return None
+    start = np.asarray(initial_state, np.float64)
+    if start.shape != (12,) or not np.isfinite(start).all():
+        raise AnalysisError(
+            f'initial_state has the shape {start.shape}; give 12 finite numbers: y, z, y1, z1, '
+            'y2, z2 in m and their time derivatives in m/s'
+        )
+    return start
+
+
+def check_breathing(point: OperatingPoint) -> None:
+    """Raise AnalysisError for a crack whose breathing the kernel cannot take."""
+    if not kernel_of(point)[1]:
+        p = point.parameters
+        breathing_polynomial(p.crack_half_angle_rad, p.theta_convention == 'last_branch')
+
+
 def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
     """Return the steps a revolution that resolve the bearing's modes: N times 1, 2, 4, ...
 
@@ -76,11 +98,11 @@ def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
     """
     clearance = point.parameters.clearance_m
     fewest = FEWEST_STEPS_WITH_CLEARANCE if clearance > 0.0 else FEWEST_STEPS
-    if not fewest <= steps_per_revolution <= 2**16 or steps_per_revolution % STEPS_MULTIPLE:
+    if not fewest <= steps_per_revolution <= MOST_STEPS or steps_per_revolution % STEPS_MULTIPLE:
         why = f' with clearance_m = {clearance:g} m' if clearance > 0.0 else ''
         raise AnalysisError(
             f'steps_per_revolution = {steps_per_revolution} does not serve{why}; '
-            f'allowed: multiples of {STEPS_MULTIPLE} from {fewest} to 65536'
+            f'allowed: multiples of {STEPS_MULTIPLE} from {fewest} to {MOST_STEPS}'
         )
     mode = point.parameters.fastest_mode_rad_s
     doublings = math.log2(2.0 * math.pi * mode / (point.speed_rad_s * steps_per_revolution))
@@ -96,6 +118,7 @@ def kernel_of(point: OperatingPoint) -> tuple[int, bool]:
     return p.ball_count, abs(p.crack_half_angle_rad - math.pi / 6.0) < 1e-12
 
 
+@functools.lru_cache(maxsize=4096)
 def breathing_polynomial(half_angle_rad: float, continued: bool) -> Array:
     """Return P, highest power first, with f - 1/2 = t P(t^2), t = tan(u/2), for `_lanes`.
 

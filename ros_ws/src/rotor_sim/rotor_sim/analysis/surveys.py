@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import itertools
 import math
+import numbers
 import os
 import tempfile
 from collections.abc import Callable, Sequence
@@ -21,7 +22,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_sim.analysis.cache import Arrays, ResultCache
-from rotor_sim.analysis.ensemble import Array, Ensemble, OperatingPoint, kernel_of, steps_needed
+from rotor_sim.analysis.ensemble import (
+    FEWEST_STEPS,
+    Array,
+    Ensemble,
+    OperatingPoint,
+    check_breathing,
+    checked_start,
+    kernel_of,
+    steps_needed,
+)
 from rotor_sim.analysis.lyapunov import estimate, growth
 from rotor_sim.analysis.motion import classify
 from rotor_sim.errors import AnalysisError
@@ -44,7 +54,11 @@ ALIGNMENT = 10
 """One part in so many of the exponent's revolutions is left to the tangent to align."""
 
 CHUNK = 64
-"""Points of one task: four groups of lanes, 40 MB while it runs, some seconds at full length."""
+"""Points of one task: four groups of lanes, 80 MB at 300 revolutions, some seconds in all."""
+
+LONG_CHUNK = 16
+MOST_REVOLUTIONS = 4000
+"""Recordings longer than 1000 revolutions go by 16 points, 270 MB at the longest allowed."""
 
 RUNAWAY = 1000.0
 """Static deflections beyond which a trajectory has diverged, if still finite: a bearing that the
@@ -84,12 +98,15 @@ class Plan:
     def __post_init__(self) -> None:
         limits = {
             'transient_revolutions': (0, 10**6),
-            'revolutions': (16, 10**5),
+            'revolutions': (16, MOST_REVOLUTIONS),
+            'steps_per_revolution': (FEWEST_STEPS, 2**16),
             'exponent_revolutions': (0, 10**6),
             'highest_order': (0, SAMPLES // 2),
         }
         for name, (low, high) in limits.items():
             value = getattr(self, name)
+            if name != 'highest_order' and not isinstance(value, numbers.Integral):
+                raise AnalysisError(f'{name} = {value!r} is not a whole number')
             if not low <= value <= high:
                 raise AnalysisError(f'{name} = {value:g} is out of range; allowed: {low} to {high}')
         if 0 < self.exponent_revolutions < 50:
@@ -231,7 +248,7 @@ def survey(
 
     """
     chunks = _chunks(points, plan)
-    start = _checked_start(initial_state)
+    start = checked_start(initial_state)
     arrays: Arrays = {}
     done = 0
 
@@ -290,26 +307,17 @@ def _chunks(points: Sequence[OperatingPoint], plan: Plan) -> list[list[int]]:
         point = points[index]
         return (steps_needed(point, plan.steps_per_revolution), *kernel_of(point))
 
+    for point in points:
+        check_breathing(point)
+    size = CHUNK if plan.revolutions <= 1000 else LONG_CHUNK
     chunks = []
     for _, same in itertools.groupby(sorted(range(len(points)), key=kind), kind):
-        chunks += [list(part) for part in _batched(list(same), CHUNK)]
+        chunks += [list(part) for part in _batched(list(same), size)]
     return chunks
 
 
 def _batched(items: list[int], size: int) -> list[list[int]]:
     return [items[i : i + size] for i in range(0, len(items), size)]
-
-
-def _checked_start(initial_state: ArrayLike | None) -> Array | None:
-    if initial_state is None:
-        return None
-    start = np.asarray(initial_state, np.float64)
-    if start.shape != (12,) or not np.isfinite(start).all():
-        raise AnalysisError(
-            f'initial_state has the shape {start.shape}; give 12 finite numbers: y, z, y1, z1, '
-            'y2, z2 in m and their time derivatives in m/s'
-        )
-    return start
 
 
 def run_chunk(points: Sequence[OperatingPoint], plan: Plan, start: Array | None) -> Arrays:
@@ -357,7 +365,8 @@ def _measure(
 def diverged(points: Sequence[OperatingPoint], record: Array, states: Array) -> NDArray[np.bool_]:
     """Return whose recording (n, samples, 4) or state after it (n, 12) has left the model."""
     farthest = RUNAWAY * np.array([point.parameters.length_scale_m for point in points])
-    inside = np.abs(record[..., :2]).max(axis=(1, 2)) <= farthest  # False for NaN
+    places = np.concatenate([record[..., :2], states[:, np.newaxis, :2]], axis=1)
+    inside = np.abs(places).max(axis=(1, 2)) <= farthest  # False for NaN
     return np.asarray(~inside | ~np.isfinite(states).all(axis=1))
 
 
