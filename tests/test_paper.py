@@ -21,7 +21,7 @@ from rotor_bringup.cli import app
 from rotor_bringup.paper import validation
 from rotor_interfaces.exit_code import ExitCode
 
-SMALL = ['--values', '5', '--transient', '60', '--revolutions', '40', '--no-check']
+SMALL = ['--values', '5', '--transient', '60', '--revolutions', '100', '--no-check']
 
 Run = Callable[..., tuple[int, str]]
 
@@ -43,9 +43,9 @@ BAD: dict[str, tuple[list[str], list[str]]] = {
     'figure 4': (['4', '--out', 'o'], ['figure 4', '5 to 19']),
     'figure as text': (['five', '--out', 'o'], ['figures', 'integer']),
     'variant': (['--variant', 'exact', '--out', 'o'], ["'exact'", 'natural', 'figure_chaos']),
-    'no values': (['--values', '0', '--out', 'o'], ['--values 0', '2 to 100000']),
+    'no values': (['--values', '0', '--out', 'o'], ['--values 0', '2 to 2000']),
     'negative transient': (['--transient=-1', '--out', 'o'], ['--transient -1', '0 to']),
-    'too few revolutions': (['--revolutions', '5', '--out', 'o'], ['--revolutions 5', '20 to']),
+    'too few revolutions': (['--revolutions', '5', '--out', 'o'], ['--revolutions 5', '100 to']),
     'jobs': (['--jobs', '0', '--out', 'o'], ['--jobs 0', '1 or more']),
     'out is a file': (['--out', 'file'], ['--out file']),
     'out below a file': (['--out', 'file/deeper'], ['--out file/deeper']),
@@ -125,7 +125,7 @@ def test_a_repeated_run_takes_its_results_from_the_cache(
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_the_next_run_goes_on(tmp_path: Path) -> None:
     arguments = ['paper', '16', '19', '--variant', 'derived', '--out', str(tmp_path / 'out')]
-    arguments += ['--values', '130', '--transient', '100', '--revolutions', '40', '--no-check']
+    arguments += ['--values', '130', '--transient', '100', '--revolutions', '100', '--no-check']
     process = subprocess.Popen(
         [*CLI, *arguments, '--jobs', '1'], stderr=subprocess.PIPE, text=True, env={**os.environ}
     )

@@ -42,6 +42,7 @@ def base(diagram: Diagram, highest_order: float = 0.0) -> Survey:
         'order_amplitude_z': np.zeros((n, 6)),
         'exponent': np.full(n, -0.005),
         'standard_error': np.full(n, 1e-4),
+        'naive_exponent': np.full(n, np.nan),
         'label': np.full(n, 'quasi-periodic'),
         'steps_per_revolution': np.full(n, 256),
         'converged': np.ones(n, np.bool_),

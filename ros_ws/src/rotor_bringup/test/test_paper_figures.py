@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures 5 to 19 as data: their panels, sweeps and plans; and what is drawn and kept of them."""
 
+import concurrent.futures
 import dataclasses
 import html
 import json
@@ -10,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paper_worlds import DIAGRAMS, FACTS, changed, diverged, world
-from rotor_bringup.paper import panels
+from paper_worlds import DIAGRAMS, FACTS, base, changed, diverged, world
+from rotor_bringup.paper import panels, run
 from rotor_bringup.paper.claims import claims
+from rotor_bringup.paper.cli import LIMITS
 from rotor_bringup.paper.cli import VARIANTS as CLI_VARIANTS
 from rotor_bringup.paper.data import arrays
 from rotor_bringup.paper.figures import (
@@ -25,9 +27,11 @@ from rotor_bringup.paper.figures import (
     figures,
 )
 from rotor_bringup.paper.judging import AGREES, Results, Sweeps
-from rotor_bringup.paper.report import page, report, save
+from rotor_bringup.paper.report import caption, page, report, save
 from rotor_bringup.paper.run import Outcome, Picture
 from rotor_sim.analysis import Survey
+from rotor_sim.analysis.cache import ResultCache
+from rotor_sim.analysis.motion import SHORTEST
 
 FIGURES = figures(FACTS)
 
@@ -80,6 +84,18 @@ def test_plans_are_the_papers_by_default() -> None:
         assert (plan.revolutions, plan.steps_per_revolution) == (300, 256)
         assert plan.check_steps
         assert len(diagram.axis(Settings().values)) in {4, 8, 400}
+
+
+@pytest.mark.parametrize('end', [0, 1])
+def test_the_limits_of_the_counts_make_plans(end: int) -> None:
+    """The command refuses what a plan would, and too few revolutions for a label."""
+    assert LIMITS['revolutions'][0] >= SHORTEST
+    values, transient, revolutions = (
+        LIMITS[name][end] for name in ('values', 'transient', 'revolutions')
+    )
+    settings = Settings(values, transient, revolutions)
+    for diagram in DIAGRAMS.values():
+        assert diagram.plan(settings).revolutions == LIMITS['revolutions'][end]
 
 
 def test_ranges_and_points_come_from_the_captions() -> None:
@@ -191,6 +207,41 @@ def test_the_report_holds_every_claim_and_names_the_reconstructions(
         assert f'id="{row["name"]}"' in shown
     assert shown.count(RECONSTRUCTION) >= len(RECONSTRUCTIONS)
     assert 'src="a.png"' in shown
+
+
+def test_a_caption_times_no_results_of_the_cache() -> None:
+    made = Picture(5, 'natural', 'a.png', 'a.npz', 10, 2, 1, 31.0, (6,), 0.0)
+    variants = {'natural': 'reading of the print'}
+    timed = caption(dataclasses.asdict(made), variants)
+    assert 'computed in 31 s together with Figs 6' in timed
+    cached = caption(dataclasses.asdict(dataclasses.replace(made, compute_s=None)), variants)
+    assert 'from the cache together with Figs 6' in cached
+    assert 'computed' not in cached
+
+
+def test_results_found_in_the_cache_are_not_timed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def survey(*_: object, cache: ResultCache, **__: object) -> Survey:
+        if cache.load('key') is None:
+            cache.store('key', {'a': np.zeros(1)})
+        return base(DIAGRAMS['K_sections'])
+
+    def make() -> Picture:
+        outcome = run.make(
+            [15],
+            ['derived'],
+            Settings(),
+            out=tmp_path,
+            executor=concurrent.futures.ThreadPoolExecutor(1),
+            cache=ResultCache(tmp_path / 'cache'),
+            on_progress=lambda _done, _total: None,
+        )
+        return outcome.pictures[0]
+
+    monkeypatch.setattr(run, 'survey', survey)
+    assert make().compute_s is not None
+    assert make().compute_s is None
 
 
 def test_nan_is_null_in_the_report(results: Results, tmp_path: Path) -> None:

@@ -35,6 +35,10 @@ def _resonances(facts: Facts) -> list[Claim]:
     key, rows = f'speed_at_G{RESONANCE_LOAD_FACTOR}', facts['resonances_G3']
     critical = facts['critical_speed_rad_s']
 
+    def searched(results: Results, key: str, wanted: list[Facts]) -> judging.IndexArray:
+        found = [judging.near(results.swept(key), row['speed_rad_s']) for row in wanted]
+        return np.unique(np.concatenate(found))
+
     def at(results: Results, row: Facts) -> Judgement:
         speed, order = row['speed_rad_s'], float(row['dominant_order'])
         return judging.resonance(results.surveys[key], results.swept(key), speed, order)
@@ -64,6 +68,7 @@ def _resonances(facts: Facts) -> list[Claim]:
             f'{judging.NEAR_SPEED:.0%}; agrees: all peaks; partly: half of them',
             (key,),
             critical_speed,
+            rows=partial(searched, wanted=rows),
         ),
         *(
             Claim(
@@ -76,6 +81,7 @@ def _resonances(facts: Facts) -> list[Claim]:
                 'at the speed itself; partly: one of the two',
                 (key,),
                 partial(at, row=row),
+                rows=partial(searched, wanted=[row]),
             )
             for row in rows
         ),
@@ -90,9 +96,8 @@ def _super_harmonics(row: Facts) -> list[Claim]:
     seen = f'over the highest peak of the diagram; visible from {judging.VISIBLE:.0%}'
 
     def peak(results: Results, load: float) -> float:
-        survey = results.surveys[keys[load]]
-        higher = np.nanmax(judging.super_harmonics(survey))
-        return float(higher / np.nanmax(judging.orders(survey)))
+        amplitudes = judging.orders(results.surveys[keys[load]])
+        return float(np.nanmax(amplitudes[:, 1:]) / np.nanmax(amplitudes))
 
     def absent(results: Results) -> Judgement:
         share = peak(results, 0)
@@ -115,7 +120,8 @@ def _super_harmonics(row: Facts) -> list[Claim]:
         values = list(mean.values())
         verdict = judging.graded(bool(np.all(np.diff(values) > 0.0)), values[-1] > values[0])
         each = ', '.join(f'{value:.3g} at G = {load}' for load, value in mean.items())
-        return Judgement(verdict, f'mean super-harmonic of Z over speed: {each}', {'mean': mean})
+        why = f'mean of the super-harmonics of Z together: {each}'
+        return Judgement(verdict, why, {'mean': mean})
 
     loaded_keys = tuple(keys[load] for load in loaded)
     return [
@@ -131,7 +137,8 @@ def _super_harmonics(row: Facts) -> list[Claim]:
             'super_harmonics_apparent_with_load',
             6,
             text,
-            f'largest super-harmonic of Z at each G >= 1 {seen}; partly: at some of the loads',
+            f'largest super-harmonic of Z (2x to 4x) at each G >= 1 {seen}; partly: at some '
+            'of the loads',
             loaded_keys,
             apparent,
         ),
@@ -139,8 +146,9 @@ def _super_harmonics(row: Facts) -> list[Claim]:
             'super_harmonics_grow_with_load',
             6,
             text,
-            'mean over speed of the super-harmonics of Z; agrees: rises from load to load; '
-            'partly: higher at the last than at the first',
+            'mean over speed of the super-harmonics of Z (2x to 4x together, root of the sum of '
+            'their squares); agrees: rises from load to load; partly: higher at the last than at '
+            'the first',
             loaded_keys,
             stronger,
         ),
@@ -162,7 +170,11 @@ def _motion(index: int, row: Facts) -> list[Claim]:
     def ticks(what: str, pair: list[float]) -> str:
         return f'{what} at {speed} rad/s drawn between ticks {pair[0]:g} and {pair[1]:g}'
 
-    common: dict[str, Any] = {'figure': number, 'needs': (key,), 'index': index}
+    common: dict[str, Any] = {
+        'figure': number,
+        'needs': (key,),
+        'rows': lambda _results, _key: np.array([index]),
+    }
     return [
         *(
             Claim(

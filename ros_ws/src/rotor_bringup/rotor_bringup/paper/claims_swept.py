@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotor_bringup.paper import judging
+from rotor_bringup.paper import exponents, judging
 from rotor_bringup.paper.claim import Claim, lost
 from rotor_bringup.paper.figures import LOAD_FACTORS, MICROMETRE, Facts
 from rotor_bringup.paper.judging import FloatArray, Judgement, Results
@@ -41,7 +41,9 @@ def _load_sweeps(row: Facts) -> list[Claim]:
                 f'{LOAD_FACTORS[1]:g}',
                 f'agrees: the section of Z changes by {judging.JUMP:.0%} of the range of the '
                 f'diagram between neighbouring G, {judging.OUTSTANDING:g} times the median '
-                f'change, or that much between up- and down-sweep; partly: {judging.STEP:.0%}',
+                'change, or up- and down-sweep differ by that much at two neighbouring G, and by '
+                f'{judging.NOISE:g} times the halves of their own sections; partly: '
+                f'{judging.STEP:.0%}',
                 (keys.get(speed, f'G_at_{speed}'),),
                 partial(jump, key=f'G_at_{speed}'),
                 rests_on='z',
@@ -56,12 +58,12 @@ def _load_sweeps(row: Facts) -> list[Claim]:
             'fig13_hardly_positive',
             13,
             row['text'],
-            f'share of exponents beyond {judging.STANDARD_ERRORS:g} standard errors and '
-            f'{judging.EXPONENT_SCATTER:g}; agrees: at most {judging.ALMOST_NONE:.0%}; partly: at '
-            f'most {judging.ALMOST_NONE + judging.FEW:.0%}',
+            f'share of exponents {exponents.POSITIVE_RULE}; agrees: at most '
+            f'{exponents.ALMOST_NONE:.0%}; partly: at most '
+            f'{exponents.ALMOST_NONE + exponents.FEW:.0%}',
             tuple(keys.values()),
-            lambda results: judging.hardly_positive(
-                (results.surveys[key] for key in keys.values()), judging.ALMOST_NONE
+            lambda results: exponents.hardly_positive(
+                (results.surveys[key] for key in keys.values()), exponents.ALMOST_NONE
             ),
             rests_on='exponent',
         ),
@@ -77,7 +79,7 @@ def _exponent_ticks(
         f'largest Lyapunov exponent at {where} drawn between ticks {ticks[0]:g} and {ticks[1]:g}',
         judging.TICKS_RULE,
         (key,),
-        lambda results: judging.exponent_range(results.surveys[key], ticks),
+        lambda results: exponents.exponent_range(results.surveys[key], ticks),
         rests_on='exponent',
     )
 
@@ -89,12 +91,12 @@ def _chaos(
         f'fig{figure}_chaos',
         figure,
         f'chaotic above {threshold:g}{unit} ({where})',
-        f'agrees: the exponent is positive (beyond {judging.STANDARD_ERRORS:g} standard errors '
-        f'and {judging.EXPONENT_SCATTER:g}) at {judging.MOST:.0%} of the values above, at '
-        f'{judging.ALMOST_NONE:.0%} of those below, and first within {judging.ONSET:.0%} of the '
-        f'range from the threshold; partly: at more than {judging.FEW:.0%} above',
+        f'agrees: the exponent is positive ({exponents.POSITIVE_RULE}) at {judging.MOST:.0%} of '
+        f'the values above, at {exponents.ALMOST_NONE:.0%} of those below, and first within '
+        f'{exponents.ONSET:.0%} of the range from the threshold; partly: at more than '
+        f'{exponents.FEW:.0%} above',
         (key,),
-        lambda results: judging.chaos_above(
+        lambda results: exponents.chaos_above(
             results.surveys[key], results.swept(key) / scale, threshold, unit
         ),
         rests_on='exponent',
@@ -114,6 +116,7 @@ def _labels(
             results.surveys[key], results.swept(key) / scale, wanted, values
         ),
         rests_on='exponent',
+        rows=lambda results, key: np.unique(judging.nearest(results.swept(key) / scale, values)),
     )
 
 
@@ -173,9 +176,11 @@ def _leading_orders(row: Facts) -> Claim:
         raise ValueError(f'the text of Fig. 17 has another form than expected: {row["text"]!r}')
     above_um, vertical, horizontal = (float(text) for text in numbers.groups())
 
+    def above(results: Results, key: str) -> judging.IndexArray:
+        return np.flatnonzero(results.swept(key) > above_um * MICROMETRE)
+
     def judge(results: Results) -> Judgement:
-        survey = results.surveys['clearance']
-        rows = results.swept('clearance') > above_um * MICROMETRE
+        survey, rows = results.surveys['clearance'], above(results, 'clearance')
         shares = {
             name: _share_led(judging.orders(survey, coordinate)[rows], order)
             for name, coordinate, order in (
@@ -188,7 +193,7 @@ def _leading_orders(row: Facts) -> Claim:
             any(share >= 0.5 for share in shares.values()),
         )
         each = ', '.join(f'{name} at {100 * share:.0f} %' for name, share in shares.items())
-        why = f'leading super-harmonic above {above_um:g} um: {each} of {rows.sum()} values'
+        why = f'leading super-harmonic above {above_um:g} um: {each} of {rows.size} values'
         return Judgement(verdict, why, {'shares': shares})
 
     return Claim(
@@ -199,6 +204,7 @@ def _leading_orders(row: Facts) -> Claim:
         f'agrees: {judging.MOST:.0%} in both; partly: half in one',
         ('clearance',),
         judge,
+        rows=above,
     )
 
 
@@ -234,10 +240,9 @@ def _eccentricity(row: Facts) -> list[Claim]:
             'fig19_no_positive',
             19,
             text,
-            f'no exponent beyond {judging.STANDARD_ERRORS:g} standard errors and '
-            f'{judging.EXPONENT_SCATTER:g}; partly: at most {judging.FEW:.0%}',
+            f'no exponent {exponents.POSITIVE_RULE}; partly: at most {exponents.FEW:.0%}',
             (key,),
-            lambda results: judging.hardly_positive([results.surveys[key]], 0.0),
+            lambda results: exponents.hardly_positive([results.surveys[key]], 0.0),
             rests_on='exponent',
         ),
         Claim(
@@ -253,8 +258,9 @@ def _eccentricity(row: Facts) -> list[Claim]:
             'fig19_super_harmonics_unchanged',
             19,
             text,
-            f'range of the super-harmonics (2x to 4x together) of Y and Z over their mean; agrees: '
-            f'{judging.UNCHANGED:.0%}; partly: {judging.LITTLE:.0%}',
+            'range of the super-harmonics (2x to 4x together, root of the sum of their squares) of '
+            f'Y and Z over their mean; agrees: {judging.UNCHANGED:.0%}; partly: '
+            f'{judging.LITTLE:.0%}',
             (key,),
             lambda results: judging.unchanged(finite(results, 1, len(judging.ORDERS))[0]),
         ),

@@ -16,8 +16,10 @@ from rotor_interfaces.errors import ConfigError
 
 FIRST, LAST = 5, 19
 VARIANTS = ('natural', 'derived', 'figure', 'figure_chaos')
-LIMITS = {'values': (2, 100_000), 'transient': (0, 1_000_000), 'revolutions': (20, 100_000)}
-"""Allowed range of the counts; a spectrum to 2.5x of fewer than 20 revolutions says little."""
+LIMITS = {'values': (2, 2000), 'transient': (0, 200_000), 'revolutions': (100, 4000)}
+"""Allowed range of the counts: a diagram is held in memory with all its spectra, Figs 7 to 10 leave
+out four times as many revolutions as `transient`, and a section of fewer than 100 revolutions gets
+no label but periodic (rotor_sim.analysis.motion.SHORTEST)."""
 
 console = Console(stderr=True)
 

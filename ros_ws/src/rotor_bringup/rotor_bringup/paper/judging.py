@@ -6,7 +6,7 @@ A rule takes numbers and returns a `Judgement`; NaN fails every comparison, so t
 agrees. Exponents are per unit tau, amplitudes zero-to-peak, lengths dimensionless (over delta).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ AGREES, PARTLY, DOES_NOT = 'agrees', 'partly', 'does not'
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IndexArray = NDArray[np.intp]
 
 ORDERS = HARMONICS
 """The first columns of a survey's order amplitudes, 1x and the super-harmonics up to 4x."""
@@ -45,20 +46,8 @@ SEARCH = 0.1
 VISIBLE = 0.05
 """Least amplitude that can be seen in a waterfall, over the highest of the picture."""
 
-EXPONENT_SCATTER = 0.002
-"""Scatter of an exponent over 500 revolutions; less is not told from zero."""
-
-STANDARD_ERRORS = 3.0
-"""An exponent is positive when it is beyond this many standard errors, and the scatter."""
-
-ALMOST_NONE, FEW = 0.05, 0.2
-"""Largest share of values that the words 'almost no' and 'partly' allow."""
-
 MOST = 0.8
 """Least share of values beyond a threshold that 'above' means; figures have windows of order."""
-
-ONSET = 0.05
-"""Distance of our first chaotic value from the paper's, over the range of the diagram."""
 
 JUMP, STEP = 0.1, 0.05
 """Change of the section between neighbouring values, or between up- and down-sweep, that is a
@@ -66,6 +55,10 @@ jump or a step, over the range of the diagram: a smooth curve changes by about o
 
 OUTSTANDING = 5.0
 """A jump is also this many times the median change between neighbours: chaos changes always."""
+
+NOISE = 3.0
+"""Sweeps differ where they are farther apart than this many times the two halves of the section
+of either: that distance is what so few points of one motion leave open."""
 
 GROWS = 2.0
 """Least factor from the first to the last value of an amplitude that grows with a parameter."""
@@ -130,12 +123,6 @@ def graded(full: bool, part: bool) -> str:
     return AGREES if full else PARTLY if part else DOES_NOT
 
 
-def positive(survey: Survey) -> BoolArray:
-    """Return where the exponent is positive beyond its errors, (n,); false where it is NaN."""
-    least = np.maximum(STANDARD_ERRORS * survey.standard_error, EXPONENT_SCATTER)
-    return np.asarray(survey.exponent > least)
-
-
 def orders(survey: Survey, coordinate: str = 'z') -> FloatArray:
     """Return the dimensionless amplitudes at `ORDERS`, (n, 5)."""
     amplitude = survey.order_amplitude_z if coordinate == 'z' else survey.order_amplitude_y
@@ -171,26 +158,22 @@ def against_ticks(values: FloatArray, ticks: Sequence[float], what: str) -> Judg
     return Judgement(verdict, why, {'lowest': low, 'highest': high})
 
 
-def exponent_range(survey: Survey, ticks: Sequence[float]) -> Judgement:
-    """Judge the range of the exponents; what leaving out saltation would give is only told."""
-    found = against_ticks(survey.exponent, ticks, 'the exponent')
-    naive = survey.naive_exponent[np.isfinite(survey.naive_exponent)]
-    if not naive.size:
-        return found
-    low, high = float(naive.min()), float(naive.max())
-    return Judgement(
-        found.verdict,
-        f'{found.why} (without saltation {low:.4g} to {high:.4g})',
-        {**found.value, 'lowest_without_saltation': low, 'highest_without_saltation': high},
-    )
+def near(speeds: FloatArray, speed: float) -> IndexArray:
+    """Return the indices of the speeds among which a resonance near `speed` is looked for."""
+    return np.flatnonzero(np.abs(speeds / speed - 1.0) <= SEARCH)
+
+
+def nearest(x: FloatArray, values: Sequence[float]) -> IndexArray:
+    """Return for each of `values` the index of the parameter x (n,) nearest to it."""
+    return np.array([np.argmin(np.abs(x - value)) for value in values], np.intp)
 
 
 def resonance(survey: Survey, speeds: FloatArray, speed: float, order: float) -> Judgement:
     """Judge whether Z has its resonance of `order` near `speed`, where that order leads."""
     amplitude = orders(survey)
     column = ORDERS.index(order) if order in ORDERS else -1
-    near = np.flatnonzero(np.abs(speeds / speed - 1.0) <= SEARCH)
-    usable = near[np.isfinite(amplitude[near, column])]
+    searched = near(speeds, speed)
+    usable = searched[np.isfinite(amplitude[searched, column])]
     if column < 0 or not usable.size:
         why = f'no finite point within {100 * SEARCH:.0f} % of {speed:g} rad/s'
         return Judgement(DOES_NOT, why, {})
@@ -218,54 +201,9 @@ def _leading(amplitudes: FloatArray) -> float:
     return ORDERS[int(np.argmax(amplitudes))] if np.isfinite(amplitudes).all() else np.nan
 
 
-def chaos_above(survey: Survey, x: FloatArray, threshold: float, unit: str) -> Judgement:
-    """Judge whether the exponent is positive above `threshold` and not below it."""
-    chaotic, finite = positive(survey), np.isfinite(survey.exponent)
-    above, below = finite & (x > threshold), finite & (x <= threshold)
-    share_above, share_below = _share(chaotic, above), _share(chaotic, below)
-    first = float(x[chaotic].min()) if chaotic.any() else np.nan
-    at_threshold = abs(first - threshold) <= ONSET * np.ptp(x)
-    full = share_above >= MOST and share_below <= ALMOST_NONE and bool(at_threshold)
-    begins = f'first at {first:.4g}{unit}' if chaotic.any() else 'nowhere'
-    naive = survey.naive_exponent
-    share_naive = _share(naive > EXPONENT_SCATTER, above & np.isfinite(naive))
-    without = f' ({100 * share_naive:.0f} % without saltation)' if np.isfinite(naive).any() else ''
-    why = (
-        f'the exponent is positive {begins}, at {100 * share_above:.0f} % of the values above '
-        f'{threshold:g}{unit}{without} and {100 * share_below:.0f} % of those up to it; largest '
-        f'{np.max(survey.exponent[finite], initial=-np.inf):.4f}'
-    )
-    value = {
-        'first': first,
-        'share_above': share_above,
-        'share_up_to': share_below,
-        'share_above_without_saltation': share_naive,
-    }
-    some = share_above > FEW and share_above > share_below
-    return Judgement(graded(full, some), why, value)
-
-
-def hardly_positive(surveys: Iterable[Survey], allowed: float) -> Judgement:
-    """Judge whether at most the share `allowed` of all exponents is positive."""
-    each = list(surveys)
-    exponents = np.concatenate([survey.exponent for survey in each])
-    finite = np.isfinite(exponents)
-    share = _share(np.concatenate([positive(survey) for survey in each]), finite)
-    largest = float(np.max(exponents[finite], initial=-np.inf)) if finite.any() else np.nan
-    naive = np.concatenate([survey.naive_exponent for survey in each])
-    share_naive = _share(naive > EXPONENT_SCATTER, np.isfinite(naive))
-    without = f' ({100 * share_naive:.1f} % without saltation)' if np.isfinite(naive).any() else ''
-    why = (
-        f'{100 * share:.1f} % of {int(finite.sum())} exponents are positive beyond their errors'
-        f'{without}; the largest is {largest:.4f}'
-    )
-    value = {'share_positive': share, 'largest': largest, 'share_without_saltation': share_naive}
-    return Judgement(graded(share <= allowed, share <= allowed + FEW), why, value)
-
-
 def labels(survey: Survey, x: FloatArray, wanted: str, values: Sequence[float]) -> Judgement:
     """Judge whether the motions at `values` of the parameter carry the label `wanted`."""
-    rows = [int(np.argmin(np.abs(x - value))) for value in values]
+    rows = nearest(x, values)
     found = {f'{value:g}': str(survey.label[row]) for value, row in zip(values, rows, strict=True)}
     right = sum(label == wanted for label in found.values())
     each = ', '.join(
@@ -289,7 +227,8 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
     """Judge whether the orbit diagram `z` (n, m) over x jumps, or its two sweeps differ.
 
     Two sections differ by the mean distance of their sorted points (Wasserstein), here over the
-    range of the whole diagram.
+    range of the whole diagram. The sweeps differ where they do so beyond their own noise, at two
+    neighbouring values.
     """
     good = np.isfinite(z).all(axis=1)
     z, x = z[good], x[good]
@@ -304,7 +243,7 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
     part = (step >= STEP and outstanding) or apart >= STEP
     place = f' at G = {x[at + 1]:.3g}' if x.size > at + 1 else ''
     why = f'largest step between neighbours {100 * step:.1f} % of the range of Z{place}' + (
-        f'; up- and down-sweep differ by at most {100 * apart:.1f} % at G = {where:.3g}'
+        f'; {_difference(apart, where)} (sweeps are not checked at 2N steps)'
         if sweeps is not None
         else ''
     )
@@ -312,17 +251,38 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
     return Judgement(graded(full, part), why, value)
 
 
+def _difference(apart: float, where: float) -> str:
+    if np.isnan(apart):
+        return 'up- and down-sweep were not finite'
+    if apart == 0.0:
+        return 'up- and down-sweep do not differ beyond their noise at two neighbouring values'
+    return f'up- and down-sweep differ by {100 * apart:.1f} % at G = {where:.3g} and the next'
+
+
 def _hysteresis(sweeps: Sweeps | None) -> tuple[float, float]:
-    """Return the largest distance of the two sweeps over their range, and where it is."""
-    if sweeps is None:
+    """Return the largest distance that both of two neighbouring values have, and the first.
+
+    A distance is over the range of both sweeps, 0 where it is within `NOISE` or not finite.
+    """
+    if sweeps is None or len(sweeps.values) < 2:
         return np.nan, np.nan
-    good = np.isfinite(sweeps.up).all(axis=1) & np.isfinite(sweeps.down).all(axis=1)
+    up, down = sweeps.up, sweeps.down
+    good = np.isfinite(up).all(axis=1) & np.isfinite(down).all(axis=1)
     if not good.any():
         return np.nan, np.nan
-    up, down = np.sort(sweeps.up[good], axis=1), np.sort(sweeps.down[good], axis=1)
-    span = max(up.max(), down.max()) - min(up.min(), down.min())
-    apart = np.abs(up - down).mean(axis=1) / span
-    return float(apart.max()), float(sweeps.values[good][np.argmax(apart)])
+    span = float(np.ptp(np.concatenate([up[good], down[good]])))
+    half = up.shape[1] // 2
+    noise = np.maximum(*(_distance(one[:, :half], one[:, -half:]) for one in (up, down)))
+    apart = _distance(up, down)
+    apart = np.where(good & (apart > NOISE * noise), apart / span, 0.0)
+    both = np.minimum(apart[:-1], apart[1:])
+    return float(both.max()), float(sweeps.values[np.argmax(both)])
+
+
+def _distance(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the Wasserstein distance of the rows (n, m) of two arrays, (n,)."""
+    apart = np.abs(np.sort(one, axis=1) - np.sort(other, axis=1)).mean(axis=1)
+    return np.asarray(apart)
 
 
 def grows(amplitudes: Mapping[str, FloatArray], x: FloatArray) -> Judgement:
@@ -356,8 +316,3 @@ def _correlation(x: FloatArray, y: FloatArray) -> float:
     if not np.isfinite(y).all() or np.ptp(y) == 0.0:
         return np.nan
     return float(np.corrcoef(x, y)[0, 1])
-
-
-def _share(which: BoolArray, among: BoolArray) -> float:
-    """Return the share of `among` that is also `which`; NaN for none."""
-    return float(np.sum(which & among) / np.sum(among)) if among.any() else np.nan

@@ -9,11 +9,12 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from rotor_bringup.paper import judging
+from rotor_bringup.paper.claim import MOST_UNCONVERGED
 from rotor_bringup.paper.claims import claims
 from rotor_bringup.paper.figures import (
     RECONSTRUCTION,
@@ -36,12 +37,20 @@ NOTES = (
     f'Diagrams over speed start at {SLOWEST_SPEED_RAD_S:g} rad/s: at speed 0 no revolution ends.',
     (
         'A point has converged when its mean, order amplitudes and exponent stay the same from N '
-        'to 2N steps a revolution, within bounds. Points that do not are orange in the pictures.'
+        'to 2N steps a revolution, within bounds. Points that do not are orange in the pictures. '
+        f'A claim of which more than {MOST_UNCONVERGED:.0%} of the points it uses did not converge '
+        'agrees partly at best.'
     ),
     (
         'Exponents are those of tangents with saltation: where f jumps (all variants but derived) '
         'the tangent jumps too. The thin line leaves that out, as a program does that does not '
         'look for jumps: it is not the growth of a small deviation, and may have the wrong sign.'
+    ),
+    (
+        'At N = 256 a fixed step over a jump of f makes irregular sections of its own '
+        '(figure_chaos, K = 0.2, 352 rad/s, G = 3: K of the 0-1 test is 0.77 at 256 steps and 0.01 '
+        'at 4096, the exponent -0.014 with saltation and +0.035 without). So "converged at 2N" '
+        'does not show that such a motion is regular; see docs/analyses.md.'
     ),
     'Ticks of an axis, read off the print, bound a curve; they do not give its values.',
     (
@@ -103,12 +112,20 @@ def report(
 def _made() -> dict[str, Any]:
     return {
         'at': datetime.now(UTC).isoformat(timespec='seconds'),
-        'version': version('rotor_bringup'),
+        'version': _version('rotor_bringup'),
         'python': platform.python_version(),
-        'packages': {name: version(name) for name in PACKAGES},
+        'packages': {name: _version(name) for name in PACKAGES},
         'machine': f'{platform.system()} {platform.machine()}, {_processor()}',
         'cores': os.cpu_count(),
     }
+
+
+def _version(name: str) -> str:
+    """Return the version of an installed package; a colcon or source tree may have none."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return 'not installed'
 
 
 def _processor() -> str:
@@ -237,17 +254,21 @@ def _figure(number: int, content: Mapping[str, Any]) -> str:
 
 
 def caption(row: Mapping[str, Any], variants: Mapping[str, str]) -> str:
-    """Return what a picture's points came to and what they cost."""
+    """Return what a picture's points came to and, unless they were cached, what they cost."""
     unconverged = (
         'convergence not checked'
         if row['unconverged'] is None
         else f'{row["unconverged"]} not converged at 2N steps'
     )
     shared = ', '.join(str(number) for number in row['shared_with'])
+    seconds = row['compute_s']
+    computed = (
+        'in part or all from the cache' if seconds is None else f'computed in {seconds:.0f} s'
+    )
     return (
         f'{row["variant"]} ({variants[row["variant"]]}): {row["points"]} points, {unconverged}, '
-        f'{row["lost"]} diverged; computed in {row["compute_s"]:.0f} s'
-        f'{f" together with Figs {shared}" if shared else ""}, drawn in {row["draw_s"]:.0f} s.'
+        f'{row["lost"]} diverged; {computed}{f" together with Figs {shared}" if shared else ""}, '
+        f'drawn in {row["draw_s"]:.0f} s.'
     )
 
 

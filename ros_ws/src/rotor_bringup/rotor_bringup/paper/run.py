@@ -45,7 +45,10 @@ DIRECTIONS: tuple[Literal['up'], Literal['down']] = ('up', 'down')
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of one variant: its files and what its points came to."""
+    """A figure of one variant: its files and what its points came to.
+
+    `compute_s` is None where any of its results came from the cache.
+    """
 
     figure: int
     variant: str
@@ -54,7 +57,7 @@ class Picture:
     points: int
     unconverged: int | None
     lost: int
-    compute_s: float
+    compute_s: float | None
     shared_with: tuple[int, ...]
     draw_s: float
 
@@ -67,13 +70,24 @@ class Outcome:
     verdicts: Mapping[str, Mapping[str, Verdict]]
 
 
+class _CountingCache(ResultCache):
+    """A cache that counts the results found in it, so that a caption does not time them."""
+
+    found = 0
+
+    def load(self, key: str) -> dict[str, NDArray[Any]] | None:
+        known = super().load(key)
+        self.found += known is not None
+        return known
+
+
 @dataclass(frozen=True)
 class _Work:
     """What the parts of a run have in common."""
 
     settings: Settings
     executor: concurrent.futures.Executor
-    cache: ResultCache
+    cache: _CountingCache
     tick: Callable[[int], None]
 
 
@@ -104,15 +118,15 @@ def make(
         done += more
         on_progress(done, total)
 
-    work = _Work(settings, executor, cache, tick)
+    work = _Work(settings, executor, _CountingCache(cache.folder), tick)
     made: list[Picture] = []
     verdicts: dict[str, dict[str, Verdict]] = {}
     (out / 'data').mkdir(parents=True, exist_ok=True)
     for group in groups:
         for variant in variants:
-            began = time.perf_counter()
+            began, found = time.perf_counter(), work.cache.found
             results = _compute({key: every[key] for key in group[0].diagrams}, variant, work)
-            took = time.perf_counter() - began
+            took = time.perf_counter() - began if work.cache.found == found else None
             made += [
                 _picture(figure, results, variant, out=out, took=took, group=group)
                 for figure in group
@@ -221,7 +235,13 @@ def _paths(diagram: Diagram, variant: str, work: _Work) -> list[Motion]:
 
 
 def _picture(
-    figure: Figure, results: Results, variant: str, *, out: Path, took: float, group: list[Figure]
+    figure: Figure,
+    results: Results,
+    variant: str,
+    *,
+    out: Path,
+    took: float | None,
+    group: list[Figure],
 ) -> Picture:
     began = time.perf_counter()
     name = f'fig{figure.number:02d}_{variant}'
