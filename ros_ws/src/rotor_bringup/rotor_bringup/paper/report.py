@@ -125,7 +125,7 @@ def _version(name: str) -> str:
     try:
         return version(name)
     except PackageNotFoundError:
-        return 'not installed'
+        return 'from source'
 
 
 def _processor() -> str:

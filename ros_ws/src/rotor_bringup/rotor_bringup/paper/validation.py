@@ -8,6 +8,7 @@ the report. One picture a figure: `natural` beside the other variant with most a
 
 import argparse
 import json
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,14 +31,14 @@ HEAD = """# Validation against the paper
 
 Figures 5 to 19 of {paper}, drawn again by `rotor-rig paper`, and what agrees with them.
 This page is made by `python -m rotor_bringup.paper.validation REPORT.json` from the report of the
-run described below; do not edit it.
+run described below; do not edit it. What it costs: [performance](performance.md).
 
 {notes}
 
 ## What was run
 
 rotor-rig {version} on {machine}, {cores} cores, Python {python}, {packages}; {at}. {settings}.
-It took {wall_s:.0f} s{cache}.
+It took {wall_s:.0f} s{cache}. The report itself: [validation.json](validation.json).
 
 | variant | what it is | agrees | partly | does not |
 | --- | --- | --- | --- | --- |
@@ -59,6 +60,7 @@ def main() -> None:
         picture([arguments.report.parent / name for name in chosen]).save(
             images / f'fig{number:02d}.png', optimize=True
         )
+    shutil.copyfile(arguments.report, arguments.docs / 'validation.json')
     (arguments.docs / 'validation.md').write_text(page(content), 'utf-8')
 
 
