@@ -94,7 +94,7 @@ def test_pictures_data_and_report_are_made(made: tuple[Path, dict[str, Any]]) ->
     assert names == {'fig15_quasi_periodic', 'fig15_chaotic', 'fig16_exponent_range'}
     assert 'fig14_chaos' in content['not_computed']
     with np.load(out / 'data' / 'fig16_natural.npz', allow_pickle=False) as data:
-        assert data['K_unloaded/z'].shape == (5, 40)
+        assert data['K_unloaded/z'].shape == (5, 100)
         np.testing.assert_allclose(
             data['K_unloaded/crack_stiffness_ratio'], np.linspace(0.0, 0.3, 5)
         )
