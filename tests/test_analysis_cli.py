@@ -400,8 +400,8 @@ def test_ctrl_c_keeps_what_is_done_and_a_repeated_run_goes_on(rig: Rig, tmp_path
     [
         (('--against', 'speed', 100, 200, 2), 'a map over speed_rad_s and itself is a line'),
         (('--against', 'K', 0, 0.1, 2, '--set', 'K=0.2'), '--set crack_stiffness_ratio has no'),
-        (('--against', 'G', 0, 3, 2, '--load', 2), '--load has no meaning'),
-        (('--against', 'G', 3, 0, 2), 'START must be below STOP'),
+        (('--against', 'G', 0, 3, 2, '--load', 2), '--load has no meaning, since --against'),
+        (('--against', 'G', 3, 0, 2), '--against: the range from 3 to 0 is empty'),
         (('--against', 'size', 0, 1, 2), "'size' is nothing to sweep over"),
         ((), "Missing option '--against'"),
     ],

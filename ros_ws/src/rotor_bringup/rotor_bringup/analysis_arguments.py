@@ -12,23 +12,23 @@ from numpy.typing import NDArray
 from rotor_sim.errors import AnalysisError
 
 
-def values_of(start: str, stop: str, count: str) -> NDArray[np.float64]:
-    """Return the values of --over; AnalysisError unless it is an ascending range."""
-    first, last = _finite('START', start), _finite('STOP', stop)
+def values_of(start: str, stop: str, count: str, *, option: str = '--over') -> NDArray[np.float64]:
+    """Return the values of a range; AnalysisError unless it is an ascending range."""
+    first, last = _finite(option, 'START', start), _finite(option, 'STOP', stop)
     how_many = _number(count)
     if not isinstance(how_many, int) or isinstance(how_many, bool) or not 1 <= how_many <= 10**6:
-        raise AnalysisError(f'--over: COUNT = {count} is out of range; allowed: 1 to 1000000')
+        raise AnalysisError(f'{option}: COUNT = {count} is out of range; allowed: 1 to 1000000')
     if how_many > 1 and not first < last:
         raise AnalysisError(
-            f'--over: the range from {start} to {stop} is empty; START must be below STOP'
+            f'{option}: the range from {start} to {stop} is empty; START must be below STOP'
         )
     return np.linspace(first, last, how_many)
 
 
-def _finite(name: str, text: str) -> float:
+def _finite(option: str, name: str, text: str) -> float:
     number = _number(text)
     if isinstance(number, str) or not math.isfinite(number):
-        raise AnalysisError(f'--over: {name} = {text} is not a finite number')
+        raise AnalysisError(f'{option}: {name} = {text} is not a finite number')
     return float(number)
 
 

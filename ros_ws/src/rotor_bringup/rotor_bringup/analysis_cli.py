@@ -8,6 +8,7 @@ can be wrong with the options is found before anything is computed.
 
 import dataclasses
 import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -77,7 +78,7 @@ class Question:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Analysis:
+class Analysis(ABC):
     """Options that the four commands share."""
 
     name: ClassVar[str]
@@ -150,12 +151,12 @@ class Analysis:
         """The files to write."""
         return self.out or [Path(f'{self.name}.png')]
 
-    def check(self) -> None:
+    def check(self) -> None:  # noqa: B027 - most have nothing to refuse
         """Raise AnalysisError for options that do not go together."""
 
+    @abstractmethod
     def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
         """Return the outcome of the analysis."""
-        raise NotImplementedError
 
     def plan(self) -> 'Plan':
         """Return what is computed at every point; AnalysisError for numbers that do not serve."""
@@ -361,9 +362,10 @@ class Map(Analysis):
         from rotor_sim.analysis.surveys import ALIASES  # noqa: PLC0415 - slow
 
         second = ALIASES.get(self.against[0], self.against[0])
-        options = {'speed_rad_s': ('--speed', self.speed), 'load_factor': ('--load', self.load)}
-        option, given = options.get(second, ('', None))
-        unless_swept(option, given, 0.0, swept=True)
+        given = {'speed_rad_s': ('--speed', self.speed), 'load_factor': ('--load', self.load)}
+        option, value = given.get(second, ('', None))
+        if value is not None:
+            raise AnalysisError(f'{option} has no meaning, since --against sweeps it')
         if second in (ALIASES.get(text.split('=')[0], text) for text in self.settings or []):
             raise AnalysisError(f'--set {second} has no meaning, since --against sweeps it')
         return super().question()
@@ -372,7 +374,7 @@ class Map(Analysis):
         """Return the map."""
         from rotor_bringup.analysis_runs import run_map  # noqa: PLC0415 - slow
 
-        values = values_of(*self.against[1:])
+        values = values_of(*self.against[1:], option='--against')
         return run_map(question, self.against[0], values, self.resources(), on_progress)
 
 

@@ -200,13 +200,6 @@ def orbit_diagram(
         executor=executor,
         cache=cache,
     )
-    return orbit_view(found, over, values, direction)
-
-
-def orbit_view(
-    found: Survey, over: str, values: ArrayLike, direction: Direction = 'fixed'
-) -> OrbitDiagram:
-    """Return the sections of a survey over `values` of a parameter."""
     return OrbitDiagram(
         *_axis(over, values),
         found.y,
@@ -330,11 +323,6 @@ def lyapunov_diagram(
     )
     points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
     found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
-    return lyapunov_view(found, over, values)
-
-
-def lyapunov_view(found: Survey, over: str, values: ArrayLike) -> LyapunovDiagram:
-    """Return the exponents of a survey over `values` of a parameter."""
     return LyapunovDiagram(
         *_axis(over, values),
         found.exponent,
