@@ -14,6 +14,7 @@ from rotor_interfaces.errors import RigError
 from rotor_sim.errors import RotorError
 from rotor_sim.parameters import HIGHEST_CRACK, VARIANTS, RotorParameters, Variant
 from rotor_sim.schedule import Ramp, RampSchedule
+from rotor_sim.sensors.config import NoiseLevels, SensorConfig
 
 SPEED_RANGE_RAD_S = (10.0, 1200.0)
 STEPS_PER_PERIOD = 20
@@ -77,29 +78,19 @@ class CrackRamp(ConfigModel):
     over_s: float = _time('time that it takes', 0.0)
 
 
-class NoiseLevels(ConfigModel):
-    """Standard deviations of the white noise on what is measured."""
+class Forcing(ConfigModel):
+    """A force on the disk that turns with twice the shaft's speed, as from a misalignment.
 
-    displacement_noise_m: float = quantity(
-        0.0, unit='m', ge=0.0, le=1e-3, description='standard deviation of displacement noise'
-    )
-    acceleration_noise_m_s2: float = quantity(
-        0.0, unit='m/s^2', ge=0.0, le=1e3, description='standard deviation of acceleration noise'
-    )
-    load_noise_m_s2: float = quantity(
-        0.0, unit='m/s^2', ge=0.0, le=1e2, description='standard deviation of load noise'
-    )
+    F = amplitude (cos, sin)(2 x shaft angle + phase) along y, z.
+    """
 
-
-class SensorConfig(NoiseLevels):
-    """What the sensors add to, and leave out of, the truth."""
-
-    encoder: bool = pydantic.Field(default=True, description='whether the angle column is measured')
-    imu_rate_hz: int = quantity(
-        200, unit='Hz', ge=0, le=50_000, description='rate of the bearing IMUs; 0: none'
-    )
-    truth_waveform: bool = pydantic.Field(
-        default=False, description='whether the waveform without sensor effects is published too'
+    amplitude_n: float = quantity(0.0, unit='N', ge=0.0, le=1e4, description='size of the force')
+    phase_rad: float = quantity(
+        0.0,
+        unit='rad',
+        ge=-2.0 * math.pi,
+        le=2.0 * math.pi,
+        description='direction of the force at shaft angle 0, from y to z',
     )
 
 
@@ -136,6 +127,9 @@ class RotorSimConfig(ConfigModel):
     speed: SpeedConfig = pydantic.Field(default=SpeedConfig(), description='speed of the shaft')
     crack_growth: tuple[CrackRamp, ...] = pydantic.Field(
         default=(), description='growth of the crack, in order'
+    )
+    forcing: Forcing = pydantic.Field(
+        default=Forcing(), description='force at twice the speed, as from a misalignment'
     )
     rate_hz: int = quantity(
         10_240, unit='Hz', ge=1000, le=200_000, description='samples per second'
@@ -251,6 +245,12 @@ class RotorSimConfig(ConfigModel):
                 f'sensors.imu_rate_hz = {self.sensors.imu_rate_hz} Hz is above a quarter of '
                 f'rate_hz = {self.rate_hz} Hz; lower it or set it to 0 for no IMU'
             )
+        for key, group in self.sensors.groups.items():
+            if group.bandwidth_hz >= 0.5 * self.rate_hz:
+                raise RotorError(
+                    f'sensors.{key}.bandwidth_hz = {group.bandwidth_hz:g} Hz is not below half of '
+                    f'rate_hz = {self.rate_hz} Hz; lower it or set it to 0 for no filter'
+                )
         last = 0
         for i, change in enumerate(self.changes):
             if change.sample < last:

@@ -48,7 +48,7 @@ def block_messages(
             factory, stamp, ROTOR_FRAME, list(block.truth), np.array([*block.truth.values()])
         ),
     )
-    variance = config.sensors.acceleration_noise_m_s2**2
+    variance = _sample_variance(config, block)
     for index, bearing in enumerate((topics.BEARING_1_IMU, topics.BEARING_2_IMU)):
         for sample in block.imu[index]:
             imu_stamp = sample_stamp_ns(epoch_ns, sample.index, config.sensors.imu_rate_hz)
@@ -63,6 +63,16 @@ def block_messages(
                     variance,
                 ),
             )
+
+
+def _sample_variance(config: RotorSimConfig, block: SimulatedBlock) -> float:
+    """Return the variance of the white noise of one acceleration sample, (m/s^2)^2.
+
+    That of the accelerometer over the band up to half the rate, and that of the recorder.
+    """
+    density = config.sensors.accelerometers.noise_density
+    recorder = block.truth['acceleration_noise_m_s2']
+    return float(density**2 * 0.5 * config.rate_hz + recorder**2)
 
 
 def config_message(

@@ -23,6 +23,7 @@ class Drive:
     """What acts on the rotor at one instant: angles in rad, SI; load is apparent gravity, m/s^2.
 
     `cage_angle_rad` is None where the cage has rolled with the shaft from angle 0 (the usual case).
+    `force_y_n`, `force_z_n` act on the disk, beside load and unbalance.
     """
 
     angle_rad: float
@@ -32,6 +33,8 @@ class Drive:
     angular_acceleration_rad_s2: float = 0.0
     crack_stiffness_ratio: float | None = None
     cage_angle_rad: float | None = None
+    force_y_n: float = 0.0
+    force_z_n: float = 0.0
 
 
 def phase(y: ArrayLike, z: ArrayLike, convention: PhaseConvention = 'atan2_z_y') -> Array:
@@ -153,7 +156,9 @@ def acceleration(parameters: RotorParameters, state: ArrayLike, drive: Drive) ->
     c, s = np.cos(angle), np.sin(angle)
     slope = drive.angular_acceleration_rad_s2
     unbalance = p.eccentricity_m * np.array([speed**2 * c + slope * s, speed**2 * s - slope * c])
-    disk = unbalance + load - (damping * bend_rate + _times(at_disk, bend)) / p.disk_mass_kg
+    force = np.array([drive.force_y_n, drive.force_z_n])
+    elastic = damping * bend_rate + _times(at_disk, bend)
+    disk = unbalance + load + (force - elastic) / p.disk_mass_kg
 
     accelerations = [disk]
     for i in (1, 2):

@@ -19,11 +19,12 @@ from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
 from rotor_interfaces.topics import Topic
-from rotor_sim.config import NoiseLevels, RotorSimConfig
+from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import RotorError
 from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
 from rotor_sim.messages import block_messages, config_message
 from rotor_sim.parameters import VARIANTS
+from rotor_sim.sensors.config import NoiseLevels
 from rotor_sim.simulator import RotorSimulator
 
 GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
@@ -61,7 +62,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._timeout_s = ros.declare(
             self, 'timeout_s', 10.0, 'a stall of this length ends the run [s]; start-up: 3 times'
         )
-        config = self._declare_config(RotorSimConfig.from_json(text or '{}'))
+        config = self._declare_config(self._with_preset(RotorSimConfig.from_json(text or '{}')))
         self._check(duration_s)
         self._config = config
         self._consumers = [name for name in self._consumers if name]
@@ -96,6 +97,16 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._publish_config()
         ros.timer(self, TICK_S, self._tick)
 
+    def _with_preset(self, base: RotorSimConfig) -> RotorSimConfig:
+        """Return the configuration with the preset of the parameters, which comes before them."""
+        preset = ros.declare(
+            self, 'sensors.preset', base.sensors.preset, 'class of sensors; see docs/sensors.md'
+        )
+        if preset == base.sensors.preset:
+            return base
+        sensors = base.sensors.with_preset(preset).model_dump(mode='json')
+        return RotorSimConfig.from_mapping({**base.model_dump(mode='json'), 'sensors': sensors})
+
     def _declare_config(self, base: RotorSimConfig) -> RotorSimConfig:
         """Declare every scalar of the configuration; what can change live has its own name."""
         rotor = ros.declare_model(
@@ -107,7 +118,13 @@ class RotorSimNode(Node):  # type: ignore[misc]
         live = ros.declare_model(self, base.live_parameters(), settable=RotorSimulator.SETTABLE)
         noise = {name: getattr(live, name) for name in NoiseLevels.model_fields}
         config = ros.declare_model(
-            self, base, skip={'speed.initial_rad_s', *(f'sensors.{name}' for name in noise)}
+            self,
+            base,
+            skip={
+                'speed.initial_rad_s',
+                'sensors.preset',
+                *(f'sensors.{name}' for name in noise),
+            },
         )
         plain = config.model_dump(mode='json')
         changed = {

@@ -86,9 +86,7 @@ class RampSchedule:
         return segment.value + segment.increment * (sample - segment.start)
 
     def _table(self) -> None:
-        self._starts = np.array([s.start for s in self._segments], np.int64)
-        self._values = np.array([s.value for s in self._segments])
-        self._increments = np.array([s.increment for s in self._segments])
+        self._starts = [s.start for s in self._segments]
         self._origins = [(0, 0.0)]
         for before, after in itertools.pairwise(self._segments):
             turns, angle = self._exact_angle(before, self._origins[-1], after.start - before.start)
@@ -96,14 +94,24 @@ class RampSchedule:
 
     def values(self, first_sample: int, count: int) -> tuple[Array, Array]:
         """Return the value at each sample and its increment up to the next (left limit there)."""
-        samples = np.arange(first_sample, first_sample + count)
-        place = np.maximum(np.searchsorted(self._starts, samples, side='right') - 1, 0)
-        increments = self._increments[place]
-        return self._values[place] + increments * (samples - self._starts[place]), increments
+        values, increments = np.empty(count), np.empty(count)
+        sample, end = first_sample, first_sample + count
+        while sample < end:
+            _, segment, stop = self._piece(sample, end)
+            part = slice(sample - first_sample, stop - first_sample)
+            increments[part] = segment.increment
+            values[part] = segment.value
+            if segment.increment:
+                values[part] += segment.increment * np.arange(
+                    sample - segment.start, stop - segment.start
+                )
+            sample = stop
+        return values, increments
 
     def value(self, sample: int) -> float:
         """Return the value at one sample."""
-        return float(self.values(sample, 1)[0][0])
+        segment = self._segments[self._place(sample)]
+        return segment.value + segment.increment * (sample - segment.start)
 
     def target(self, sample: int) -> float:
         """Return the value that the ramp under way at `sample` goes to, or the level there."""
@@ -111,34 +119,45 @@ class RampSchedule:
 
     def highest(self) -> float:
         """Return the highest value that is ever reached."""
-        return float(self._values.max())
+        return max(segment.value for segment in self._segments)
 
     def _place(self, sample: int) -> int:
-        return max(int(np.searchsorted(self._starts, sample, side='right')) - 1, 0)
+        return max(bisect.bisect_right(self._starts, sample) - 1, 0)
+
+    def _piece(self, sample: int, end: int) -> tuple[int, _Segment, int]:
+        """Return place and segment at `sample`, and where it or the request ends."""
+        place = self._place(sample)
+        if place + 1 < len(self._segments):
+            end = min(end, self._starts[place + 1])
+        return place, self._segments[place], end
 
     def angles(self, first_sample: int, count: int) -> tuple[NDArray[np.int64], Array]:
         """Return the integral since sample 0 of the value, taken as a speed in rad/s.
 
         As whole turns (negative before sample 0) and the rest in rad, in [0, 2 pi).
         """
+        from rotor_sim._kernels import turn  # noqa: PLC0415 - numba is slow to import
+
         turns = np.empty(count, np.int64)
         angles = np.empty(count)
         sample, end = first_sample, first_sample + count
         while sample < end:
-            place = self._place(sample)
-            segment = self._segments[place]
+            place, segment, stop = self._piece(sample, end)
             anchor = (sample - segment.start) // _ANCHOR_SAMPLES * _ANCHOR_SAMPLES
-            stop = min(end, segment.start + anchor + _ANCHOR_SAMPLES)
-            if place + 1 < len(self._segments):
-                stop = min(stop, self._segments[place + 1].start)
+            stop = min(stop, segment.start + anchor + _ANCHOR_SAMPLES)
             whole, rest = self._exact_angle(segment, self._origins[place], anchor)
             speed = segment.value + segment.increment * anchor
-            k = np.arange(sample, stop) - (segment.start + anchor)
-            angle = rest + k * (speed + 0.5 * k * segment.increment) / self._rate_hz
-            extra = np.floor(angle / (2.0 * np.pi))
             part = slice(sample - first_sample, stop - first_sample)
-            turns[part] = whole + extra.astype(np.int64)
-            angles[part] = np.maximum(angle - extra * (2.0 * np.pi), 0.0)
+            turn(
+                turns[part],
+                angles[part],
+                sample - (segment.start + anchor),
+                whole,
+                rest,
+                speed,
+                segment.increment,
+                self._rate_hz,
+            )
             sample = stop
         return turns, angles
 
@@ -146,8 +165,13 @@ class RampSchedule:
         self, segment: _Segment, origin: tuple[int, float], samples: int
     ) -> tuple[int, float]:
         turns, angle = origin
-        increment = Fraction(segment.increment)
-        integral = samples * (Fraction(segment.value) + increment * samples / 2) / self._rate_hz
-        total = Fraction(angle) + integral
-        extra = math.floor(total / _TURN)
-        return turns + extra, float(total - extra * _TURN)
+        # in integers, since blocks ask often: total = number/denominator, without rounding
+        value, value_over = segment.value.as_integer_ratio()
+        increment, increment_over = segment.increment.as_integer_ratio()
+        start, start_over = angle.as_integer_ratio()
+        over = 2 * max(value_over, increment_over, start_over)  # all are powers of two
+        twice = 2 * value * (over // value_over) + increment * (over // increment_over) * samples
+        number = start * (over // start_over) * 2 * self._rate_hz + samples * twice
+        denominator = 2 * over * self._rate_hz
+        extra, rest = divmod(number * _TURN.denominator, denominator * _TURN.numerator)
+        return turns + extra, rest / (denominator * _TURN.denominator)

@@ -8,29 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.waveform import ACCELERATION_COLUMNS, CHANNEL_COLUMNS, WAVEFORM_DTYPE
-from rotor_sim import sensors
-from rotor_sim.config import LiveParameters, NoiseLevels, ParameterChange, RotorSimConfig
+from rotor_sim.config import LiveParameters, ParameterChange, RotorSimConfig
 from rotor_sim.errors import IntegrationError, RotorError
+from rotor_sim.integration import Lane, Plan, integrate
 from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
 from rotor_sim.parameters import GRAVITY_M_S2
-from rotor_sim.sensors import ImuDecimator, ImuSample
+from rotor_sim.sensors import ImuSample
+from rotor_sim.sensors.config import NoiseLevels
 from rotor_sim.statics import static_equilibrium
 
 Array = NDArray[np.float64]
-Angles = tuple[NDArray[np.int64], Array, Array]
 
 _SETTLE_CHUNK = 8192
-_NOISE_OF = {
-    **{
-        name: (
-            'acceleration_noise_m_s2' if name in ACCELERATION_COLUMNS else 'displacement_noise_m'
-        )
-        for name in CHANNEL_COLUMNS
-    },
-    'load_y': 'load_noise_m_s2',
-}
-"""Level that each noisy column follows; the order numbers the noise channels."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +55,11 @@ class RotorSimulator:
         for change in config.changes:
             self._change(change.sample, change.parameter, change.value)
         self._state = np.full(12, np.nan)
+        self._lane: Lane | None = None
         self._prepared = False
-        imu_rate = config.sensors.imu_rate_hz
-        self._imu = ImuDecimator(config.rate_hz, imu_rate) if imu_rate else None
+        from rotor_sim.sensors.chain import SensorChain  # noqa: PLC0415 - numba is slow to import
+
+        self._sensors = SensorChain(config.sensors, config.seed, config.rate_hz)
 
     @property
     def changes(self) -> tuple[ParameterChange, ...]:
@@ -98,9 +89,10 @@ class RotorSimulator:
 
     def compile(self) -> None:
         """Load or compile the kernel, so that neither settling nor the first block waits for it."""
-        state, self._state = self._state, np.zeros(12)
-        self._integrate(0, 0, self._angles(0, 0), np.zeros((1, 2)))
-        self._state = state
+        plan = self._planned(0, 0, np.zeros((1, 2)))
+        rows, _ = integrate([plan], 1)
+        self.check(plan, rows[0], np.zeros(12))
+        self._sensors.compile()
 
     def prepare(self, load_grid: LoadGrid) -> None:
         """Compile, find the equilibrium under load point 0 and let the start-up settle.
@@ -115,18 +107,20 @@ class RotorSimulator:
         rate = self.config.rate_hz
         revolution = 2.0 * math.pi * rate / self.config.speed.initial_rad_s
         sample = -math.ceil(self.config.settle_revolutions * revolution)
-        _, angle, cage = self._angles(sample, 1)
+        angle, cage = self._planned(sample, 1, load).drive[0, :2]
         self._state = static_equilibrium(
             self.parameters,
             (float(load[0, 0]), float(load[0, 1])),
-            float(angle[0]),
-            cage_angle_rad=float(cage[0]),
+            float(angle),
+            cage_angle_rad=float(cage),
         )
         while sample < 0:
             count = min(_SETTLE_CHUNK, -sample)
             points = count * LOAD_RATE_HZ // rate + 3
-            angles = self._angles(sample, count)
-            self._integrate(sample, count, angles, np.repeat(load, points, axis=0))
+            plan = self._planned(sample, count, np.repeat(load, points, axis=0))
+            rows, states = integrate([plan], 1)
+            self.check(plan, rows[0], states[0])
+            self._state = states[0]
             sample += count
         self._prepared = True
 
@@ -138,6 +132,16 @@ class RotorSimulator:
             IntegrationError: the state left what the model can describe; the run is over.
 
         """
+        plan = self.plan(n_samples, load_grid)
+        rows, states = integrate([plan], 1)
+        self.check(plan, rows[0], states[0])
+        return self.finish(plan, rows[0], states[0])
+
+    def plan(self, n_samples: int, load_grid: LoadGrid) -> Plan:
+        """Return what the next `n_samples` samples need; the first part of `advance`.
+
+        Raises what `advance` raises, but for a divergence after the start-up.
+        """
         if n_samples < 1:
             raise RotorError(f'n_samples = {n_samples} is out of range; allowed: 1 or more')
         first, rate = self.next_sample, self.config.rate_hz
@@ -145,67 +149,67 @@ class RotorSimulator:
             first * LOAD_RATE_HZ // rate, -(-(first + n_samples) * LOAD_RATE_HZ // rate)
         )
         self.prepare(load_grid)
-        angles = self._angles(first, n_samples)
-        out = self._integrate(first, n_samples, angles, load)
-        turns, angle, _ = angles
-        unwrapped = turns * (2.0 * np.pi) + angle
-        truth_rows = self._truth_rows(first, out, angle, unwrapped)
-        noise = self._noise(first, n_samples)
+        return self._planned(first, n_samples, load)
+
+    def finish(self, plan: Plan, out: Array, state: Array) -> SimulatedBlock:
+        """Return the block of a plan that has been integrated and go on after it.
+
+        `out` (n, OUTPUTS) are the sampled rows, see `_kernels`; `state` (12,) that after the last.
+        """
+        first, angle = plan.first_sample, plan.drive[:, 0]
+        levels = self._noise_levels(first, len(out))
+        measured = self._sensors.measure(first, out, plan.turns, angle, levels)
         block = SimulatedBlock(
             first_sample=first,
-            rows=self._sensed_rows(truth_rows, out, noise),
-            truth_rows=truth_rows,
-            shaft_angle_rad=float(unwrapped[0]),
+            rows=measured.rows,
+            truth_rows=measured.truth_rows,
+            shaft_angle_rad=float(measured.truth_rows['angle'][0]),
             shaft_speed_rad_s=self._schedules['speed_target_rad_s'].value(first),
             truth=self._truth(first, out),
-            imu=self._imu_samples(out, noise),
+            imu=measured.imu,
         )
-        self.next_sample += n_samples
+        self._state = state.copy()
+        self.next_sample += len(out)
         return block
 
-    def _angles(self, first: int, count: int) -> Angles:
-        """Return whole turns of the shaft, its angle and the cage's, both in one turn (rad)."""
-        turns, angle = self._schedules['speed_target_rad_s'].angles(first, count)
+    def _planned(self, first: int, count: int, load: Array) -> Plan:
+        speed = self._schedules['speed_target_rad_s']
+        crack = self._schedules['crack_stiffness_ratio']
+        turns, angle = speed.angles(first, count)
         ratio = self.parameters.cage_ratio
-        cage = ((ratio * turns) % 1.0) * (2.0 * np.pi) + ratio * angle
-        return turns, angle, cage
+        drive = np.empty((count, 6))
+        drive[:, 0] = angle
+        drive[:, 1] = ((ratio * turns) % 1.0) * (2.0 * np.pi) + ratio * angle
+        drive[:, 2], drive[:, 3] = speed.values(first, count)
+        drive[:, 4], drive[:, 5] = crack.values(first, count)
+        return Plan(self._rotor(), first, self._state, turns, drive, load)
 
-    def _integrate(self, first: int, count: int, angles: Angles, load: Array) -> Array:
+    def _rotor(self) -> Lane:
+        """Return what the integrator knows of this rotor."""
+        if self._lane is None:
+            from rotor_sim import _kernels  # noqa: PLC0415 - numba is slow to import
+
+            forcing = self.config.forcing
+            self._lane = Lane(
+                self.config.rate_hz,
+                self.substeps,
+                *_kernels.kind(self.parameters),
+                _kernels.pack(self.parameters, forcing.amplitude_n, forcing.phase_rad),
+            )
+        return self._lane
+
+    def check(self, plan: Plan, out: Array, state: Array) -> None:
+        """Raise IntegrationError for rows or a state after them that no rotor can have.
+
+        Not finite, or outside the bearings: never to be handed out. Nothing has moved then.
+        """
         from rotor_sim import _kernels  # noqa: PLC0415 - numba is slow to import
 
-        speed, speed_increment = self._schedules['speed_target_rad_s'].values(first, count)
-        crack, crack_increment = self._schedules['crack_stiffness_ratio'].values(first, count)
-        out = np.empty((count, _kernels.OUTPUTS))
-        coefficients, balls = _kernels.pack(self.parameters)
-        _kernels.integrate(
-            coefficients,
-            balls,
-            self._state,
-            out,
-            self.config.rate_hz,
-            1.0 / self.config.rate_hz,
-            self.substeps,
-            first,
-            angles[1],
-            angles[2],
-            speed,
-            speed_increment,
-            crack,
-            crack_increment,
-            load,
-            first * LOAD_RATE_HZ // self.config.rate_hz,
-            LOAD_RATE_HZ,
-        )
-        self._check(first, out)
-        return out
-
-    def _check(self, first: int, out: Array) -> None:
-        """Refuse a state that is not finite or leaves the bearings: never hand it out."""
         limit = self.parameters.inner_radius_m
-        inside = (np.abs(out[:, :6]) < limit).all(axis=1) & np.isfinite(out).all(axis=1)
-        if inside.all() and (np.abs(self._state[:6]) < limit).all():
+        row = _kernels.first_outside(out, limit)
+        if row == len(out) and (np.abs(state[:6]) < limit).all():
             return
-        sample = first + (int(np.argmin(inside)) if not inside.all() else len(out))
+        sample = plan.first_sample + row
         speed = self._schedules['speed_target_rad_s'].value(sample)
         crack = self._schedules['crack_stiffness_ratio'].value(sample)
         raise IntegrationError(
@@ -215,41 +219,11 @@ class RotorSimulator:
             'sample; raise steps_per_revolution or choose milder parameters'
         )
 
-    def _truth_rows(
-        self, first: int, out: Array, angle: Array, unwrapped: Array
-    ) -> NDArray[np.void]:
-        rows = np.zeros(len(out), WAVEFORM_DTYPE)
-        index = np.arange(len(out))
-        rows['time'] = index / self.config.rate_hz
-        rows['sample'] = first + index
-        rows['angle'] = unwrapped
-        for column, name in enumerate(CHANNEL_COLUMNS):
-            rows[name] = out[:, column]
-        rows['keyphasor'] = sensors.keyphasor(angle)
-        rows['load_y'] = out[:, len(CHANNEL_COLUMNS)]
-        return rows
-
-    def _noise(self, first: int, count: int) -> dict[str, Array]:
-        """Return the noise of every column whose level is not zero all over the block."""
-        levels = {
-            name: self._schedules[name].values(first, count)[0] for name in NoiseLevels.model_fields
-        }
-        return {
-            name: levels[level] * sensors.white_noise(self.config.seed, channel, first, count)
-            for channel, (name, level) in enumerate(_NOISE_OF.items())
-            if levels[level].any()
-        }
-
-    def _sensed_rows(
-        self, truth_rows: NDArray[np.void], out: Array, noise: dict[str, Array]
-    ) -> NDArray[np.void]:
-        rows = truth_rows.copy()
-        for column, name in enumerate(_NOISE_OF):
-            if name in noise:
-                rows[name] = out[:, column] + noise[name]
-        if not self.config.sensors.encoder:
-            rows['angle'] = np.nan
-        return rows
+    def _noise_levels(self, first: int, count: int) -> dict[str, Array]:
+        """Return the noise levels at each sample, without those that are zero."""
+        noisy = [name for name in NoiseLevels.model_fields if self._schedules[name].highest()]
+        levels = {name: self._schedules[name].values(first, count)[0] for name in noisy}
+        return {name: level for name, level in levels.items() if level.any()}
 
     def _truth(self, first: int, out: Array) -> dict[str, float]:
         """Return the ground truth at the first sample of a block."""
@@ -259,25 +233,10 @@ class RotorSimulator:
             'crack_stiffness_ratio': now['crack_stiffness_ratio'],
             'clearance_m': self.parameters.clearance_m,
             'eccentricity_m': self.parameters.eccentricity_m,
+            'forcing_n': self.config.forcing.amplitude_n,
             'speed_rad_s': now['speed_target_rad_s'],
-            'load_factor': float(out[0, -2]) / GRAVITY_M_S2,
-            'lateral_load_factor': float(out[0, -1]) / GRAVITY_M_S2,
+            'load_factor': float(out[0, 10]) / GRAVITY_M_S2,
+            'lateral_load_factor': float(out[0, 11]) / GRAVITY_M_S2,
             **now,
             'speed_target_rad_s': speed.target(first),
         }
-
-    def _imu_samples(
-        self, out: Array, noise: dict[str, Array]
-    ) -> tuple[tuple[ImuSample, ...], tuple[ImuSample, ...]]:
-        """Return what the bearings' IMUs say: acceleration minus apparent gravity, decimated."""
-        if self._imu is None:
-            return (), ()
-        channels = []
-        for i, name in enumerate(ACCELERATION_COLUMNS):
-            specific_force = out[:, 6 + i] - out[:, 10 + i % 2]
-            channels.append(specific_force + noise[name] if name in noise else specific_force)
-        done = self._imu.push(channels)
-        return (
-            tuple(ImuSample(index, values[0], values[1]) for index, values in done),
-            tuple(ImuSample(index, values[2], values[3]) for index, values in done),
-        )

@@ -74,6 +74,40 @@ def _scale(parameters: RotorParameters, speed_rad_s: float) -> Array:
     return np.repeat([length, length * speed_rad_s], 6)
 
 
+def _integrated(
+    parameters: RotorParameters,
+    state: Array,
+    drive: Array,
+    *,
+    rate_hz: int,
+    sample_s: float,
+    substeps: int,
+    grid: Array,
+    load_rate_hz: int,
+    first_sample: int = 0,
+    forcing: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Array, Array]:
+    """Run the kernel with one lane; return the rows (n, OUTPUTS) and the state (12,) after them."""
+    out = np.empty((1, len(drive), _kernels.OUTPUTS))
+    states = np.array([state])
+    _kernels.integrate(
+        (0,),
+        *_kernels.kind(parameters),
+        np.array([_kernels.pack(parameters, *forcing)]),
+        states,
+        out,
+        rate_hz,
+        sample_s,
+        substeps,
+        first_sample,
+        np.array([drive]),
+        np.array([grid]),
+        0,
+        load_rate_hz,
+    )
+    return out[0], states[0]
+
+
 def _revolutions(
     parameters: RotorParameters,
     speed_rad_s: float,
@@ -88,7 +122,6 @@ def _revolutions(
 
     Returns displacements at `samples` per revolution (n, 6) and the state (12,) at the end.
     """
-    coefficients, balls = _kernels.pack(parameters)
     scale = _scale(parameters, speed_rad_s)
     state = start * scale
     index = np.arange(revolutions * samples)
@@ -96,27 +129,18 @@ def _revolutions(
     angle = 2.0 * np.pi * part / samples
     ratio = parameters.cage_ratio
     cage = ((ratio * turns) % 1.0) * 2.0 * np.pi + ratio * angle
-    out = np.empty((len(index), _kernels.OUTPUTS))
-    zeros = np.zeros(len(index))
-    load = np.tile([[load_factor * GRAVITY_M_S2, 0.0]], (len(index) + 2, 1))
-    _kernels.integrate(
-        coefficients,
-        balls,
+    drive = np.zeros((len(index), _kernels.DRIVES))
+    drive[:, 0], drive[:, 1], drive[:, 2] = angle, cage, speed_rad_s
+    drive[:, 4] = parameters.crack_stiffness_ratio
+    out, state = _integrated(
+        parameters,
         state,
-        out,
-        1,
-        2.0 * np.pi / speed_rad_s / samples,
-        steps // samples,
-        0,
-        angle,
-        cage,
-        np.full(len(index), float(speed_rad_s)),
-        zeros,
-        np.full(len(index), parameters.crack_stiffness_ratio),
-        zeros,
-        load,
-        0,
-        1,
+        drive,
+        rate_hz=1,
+        sample_s=2.0 * np.pi / speed_rad_s / samples,
+        substeps=steps // samples,
+        grid=np.tile([[load_factor * GRAVITY_M_S2, 0.0]], (len(index) + 2, 1)),
+        load_rate_hz=1,
     )
     return out[:, :6] / parameters.length_scale_m, state / scale
 
@@ -140,6 +164,11 @@ def reference_table() -> list[Any]:
 @pytest.fixture
 def run_revolutions() -> Revolutions:
     return _revolutions
+
+
+@pytest.fixture(scope='session')
+def integrated() -> Callable[..., tuple[Array, Array]]:
+    return _integrated
 
 
 @pytest.fixture

@@ -23,6 +23,12 @@ def ramp(at_s: float, to_rad_s: float) -> dict[str, float]:
 
 
 BAD = [
+    (
+        {'forcing': {'amplitude_n': -1}},
+        'forcing.amplitude_n = -1 is out of range; allowed: 0 to 10000 N',
+    ),
+    ({'forcing': {'phase_rad': 7}}, 'forcing.phase_rad = 7 is out of range; allowed: -6.28319 to'),
+    ({'forcing': {'size_n': 7}}, 'forcing.size_n is not a known key'),
     ({'x': 1}, 'x is not a known key; allowed keys: block_samples, changes'),
     ({'varient': 'derived'}, "varient is not a known key; did you mean 'variant'?"),
     ({'variant': 'foo'}, "variant = 'foo' is not allowed; it must be 'derived', 'natural'"),

@@ -5,19 +5,26 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rotor_sim import RotorParameters, _kernels
-from rotor_sim.model import Drive, acceleration, rk4_step
+from rotor_sim import RotorParameters
+from rotor_sim.model import Drive, acceleration, contact_force, rk4_step
 from rotor_sim.parameters import VARIANTS
 
 Array = NDArray[np.float64]
+Kernel = Callable[..., tuple[Array, Array]]
 RATE_HZ = 10_240
+BALL_COUNTS = (3, 8, 10)  # every one is compiled by itself
+HALF_ANGLES = (np.pi / 6, np.pi / 6, 0.01, 0.1, 0.5, 1.0, np.pi / 2)
 GRID_S = (0.0, 0.01, 0.02)
 LOAD = np.array([[20.0, -3.0], [35.0, 4.0], [5.0, 0.0]])
 
@@ -32,46 +39,66 @@ class Sample:
     speed_increment: float = 0.0
     crack: float = 0.1
     crack_increment: float = 0.0
+    forcing_n: float = 0.0
+    forcing_phase_rad: float = 0.0
 
     def drive_at(self, time_s: float) -> Drive:
         part = time_s * RATE_HZ
         time = (self.number + part) / RATE_HZ
         load_y, load_z = (float(np.interp(time, GRID_S, LOAD[:, i])) for i in (0, 1))
+        angle = self.angle + (self.speed + 0.5 * self.speed_increment * part) * time_s
+        twice = 2.0 * angle + self.forcing_phase_rad
         return Drive(
-            angle_rad=self.angle + (self.speed + 0.5 * self.speed_increment * part) * time_s,
+            angle_rad=angle,
             speed_rad_s=self.speed + self.speed_increment * part,
             angular_acceleration_rad_s2=self.speed_increment * RATE_HZ,
             load_y_m_s2=load_y,
             load_z_m_s2=load_z,
             crack_stiffness_ratio=self.crack + self.crack_increment * part,
+            force_y_n=self.forcing_n * float(np.cos(twice)),
+            force_z_n=self.forcing_n * float(np.sin(twice)),
         )
 
 
-def kernel(parameters: RotorParameters, state: Array, sample: Sample) -> tuple[Array, Array]:
-    """Return the sampled row and the state after it."""
-    coefficients, balls = _kernels.pack(parameters)
-    after, out = state.copy(), np.empty((1, _kernels.OUTPUTS))
-    angle = np.array([sample.angle])
-    _kernels.integrate(
-        coefficients, balls, after, out, RATE_HZ, 1 / RATE_HZ, 1, sample.number,
-        angle, parameters.cage_ratio * angle,
-        np.array([sample.speed]), np.array([sample.speed_increment]),
-        np.array([sample.crack]), np.array([sample.crack_increment]),
-        LOAD, 0, 100,
-    )  # fmt: skip
-    return out[0], after
+@pytest.fixture(scope='module')
+def kernel(integrated: Callable[..., Any]) -> Kernel:
+    def run(parameters: RotorParameters, state: Array, sample: Sample) -> tuple[Array, Array]:
+        """Return the sampled row and the state after it."""
+        drive = [
+            sample.angle,
+            parameters.cage_ratio * sample.angle,
+            sample.speed,
+            sample.speed_increment,
+            sample.crack,
+            sample.crack_increment,
+        ]
+        out, after = integrated(
+            parameters,
+            state,
+            np.array([drive]),
+            rate_hz=RATE_HZ,
+            sample_s=1 / RATE_HZ,
+            substeps=1,
+            grid=LOAD,
+            load_rate_hz=100,
+            first_sample=sample.number,
+            forcing=(sample.forcing_n, sample.forcing_phase_rad),
+        )
+        return out[0], after
+
+    return run
 
 
 @pytest.mark.parametrize('variant', VARIANTS)
-def test_kernel_is_the_model(variant: str) -> None:
+def test_kernel_is_the_model(variant: str, kernel: Kernel) -> None:
     random = np.random.default_rng(2)
     for _ in range(100):
         p = RotorParameters.hou2016(
             variant,
             clearance_m=float(random.choice([0.0, 3e-6])),
-            ball_count=int(random.integers(3, 15)),
+            ball_count=int(random.choice(BALL_COUNTS)),
             crack_angle_rad=float(random.uniform(-6, 6)),
-            crack_half_angle_rad=float(random.uniform(0.1, 1.5)),
+            crack_half_angle_rad=float(random.choice(HALF_ANGLES)),
         )
         state = np.concatenate([random.normal(size=6) * 2e-5, random.normal(size=6) * 1e-2])
         sample = Sample(
@@ -81,6 +108,8 @@ def test_kernel_is_the_model(variant: str) -> None:
             speed_increment=float(random.uniform(-1, 1)),
             crack=float(random.uniform(0, 0.3)),
             crack_increment=float(random.uniform(-0.1, 0.1)),
+            forcing_n=float(random.uniform(0, 500)),
+            forcing_phase_rad=float(random.uniform(-6, 6)),
         )
         row, after = kernel(p, state, sample)
         expected = acceleration(p, state, sample.drive_at(0.0))
@@ -89,12 +118,16 @@ def test_kernel_is_the_model(variant: str) -> None:
         # relative to the largest term: the sums cancel in part
         scale = np.abs(expected).max()
         np.testing.assert_allclose(row[6:10], expected[2:], rtol=0, atol=2e-12 * scale)
+        cage = p.cage_ratio * sample.angle
+        on_journals = [contact_force(p, state[i : i + 2], cage) for i in (2, 4)]
+        forces = np.concatenate(on_journals)
+        np.testing.assert_allclose(row[12:], forces, rtol=0, atol=2e-12 * np.abs(forces).max())
         for part in (slice(0, 6), slice(6, 12)):
             size = np.abs(stepped[part]).max()
             np.testing.assert_allclose(after[part], stepped[part], rtol=0, atol=2e-12 * size)
 
 
-def test_load_row_is_the_linear_interpolation() -> None:
+def test_load_row_is_the_linear_interpolation(kernel: Kernel) -> None:
     for number in (0, 50, 102, 103, 204):
         row, _ = kernel(RotorParameters.hou2016(), np.zeros(12), Sample(number))
         for column, axis in ((10, 0), (11, 1)):
@@ -102,8 +135,36 @@ def test_load_row_is_the_linear_interpolation() -> None:
             assert row[column] == pytest.approx(expected, rel=1e-13)
 
 
+@settings(max_examples=300, deadline=None)
+@given(angle=st.floats(-1e5, 1e5))
+@example(angle=0.0)
+@example(angle=np.pi / 4)
+@example(angle=np.pi)
+@example(angle=2 * np.pi)
+def test_cos_and_sin_are_those_of_the_library(angle: float) -> None:
+    from rotor_sim import _kernels
+
+    # one unit in the last place of 1; near a zero the error is that small too
+    assert _kernels._cos_sin(angle) == pytest.approx(
+        (np.cos(angle), np.sin(angle)), rel=0, abs=2.3e-16
+    )
+
+
+@settings(max_examples=300, deadline=None)
+@given(angle=st.floats(-np.pi / 2, np.pi / 2), behind=st.booleans(), r=st.floats(1e-12, 1e3))
+@example(angle=np.pi / 2, behind=False, r=1.0)
+@example(angle=-np.pi / 2, behind=True, r=1.0)
+@example(angle=0.0, behind=True, r=1e-5)
+def test_angle_is_that_of_the_library(angle: float, behind: bool, r: float) -> None:
+    from rotor_sim import _kernels
+
+    x, y = r * np.cos(angle) * (-1.0 if behind else 1.0), r * np.sin(angle)
+    # two units in the last place of pi/2, and what rounding x and y turns the direction by
+    assert _kernels._angle(x, y, r) == pytest.approx(angle, rel=0, abs=1e-15)
+
+
 @pytest.mark.parametrize('place', range(12))
-def test_nan_stays_nan(place: int) -> None:
+def test_nan_stays_nan(place: int, kernel: Kernel) -> None:
     state = np.full(12, 1e-6)
     state[place] = np.nan
     _, after = kernel(RotorParameters.hou2016(), state, Sample())
@@ -113,10 +174,10 @@ def test_nan_stays_nan(place: int) -> None:
 SCRIPT = """
 import numpy as np
 from rotor_sim import RotorParameters, _kernels
-p, balls = _kernels.pack(RotorParameters.hou2016())
-z = np.zeros(1)
-_kernels.integrate(p, balls, np.zeros(12), np.empty((1, 12)), 10240, 1 / 10240, 1, 0, z, z, z, z,
-                   z, z, np.zeros((3, 2)), 0, 100)
+p = RotorParameters.hou2016()
+_kernels.integrate((0,), *_kernels.kind(p), _kernels.pack(p)[None], np.zeros((1, 12)),
+                   np.empty((1, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
+                   np.zeros((1, 1, _kernels.DRIVES)), np.zeros((1, 3, 2)), 0, 100)
 print(sum(_kernels.integrate.stats.cache_hits.values()),
       sum(_kernels.integrate.stats.cache_misses.values()))
 """
@@ -136,6 +197,41 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert results == [['0', '1'], ['1', '0']]
+
+
+ASSEMBLY = """
+import numpy as np
+from rotor_sim import RotorParameters, _kernels
+p = RotorParameters.hou2016()
+n = _kernels.LANES
+_kernels.integrate((0,) * n, *_kernels.kind(p), np.array([_kernels.pack(p)] * n),
+                   np.zeros((n, 12)), np.empty((n, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
+                   np.zeros((n, 1, _kernels.DRIVES)), np.zeros((n, 3, 2)), 0, 100)
+(text,) = _kernels.integrate.inspect_asm().values()
+print(*(text.count(name) for name in ('vsqrtpd', 'vsqrtsd', 'vfmadd')))
+"""
+
+
+@pytest.mark.slow
+def test_lanes_are_vectorised_and_nothing_is_contracted(tmp_path: Path) -> None:
+    from llvmlite.binding import get_host_cpu_features
+
+    if not get_host_cpu_features().get('avx'):
+        pytest.skip('this processor has no AVX')
+    # code from the cache on disk has no assembly to look at
+    run = subprocess.run(
+        [sys.executable, '-c', ASSEMBLY],
+        env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    packed, single, contracted = map(int, run.stdout.split())
+    # 4 evaluations of 8 ball pairs and one distance, in one or more copies of the loop
+    assert packed > 0
+    assert packed % (4 * (8 + 1)) == 0
+    assert single == 0
+    assert contracted == 0
 
 
 def test_import_is_light() -> None:

@@ -150,6 +150,7 @@ def test_block_describes_itself(constant_grid: ConstantGrid) -> None:
         'crack_stiffness_ratio': 0.1,
         'clearance_m': 0.0,
         'eccentricity_m': 1e-5,
+        'forcing_n': 0.0,
         'speed_rad_s': 352.0,
         'speed_target_rad_s': 352.0,
         'load_factor': pytest.approx(2.0),

@@ -1,0 +1,165 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+# ruff: noqa: PLR0917, FURB136 - compiled functions take positions; min and max lose NaN
+"""Compiled arithmetic of the sensors that needs no random numbers; see `_kernels` for the rest."""
+
+import math
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+CHANNELS = 12
+"""Measured columns: six displacements, four accelerations, key-phasor, load_y; as in the rows."""
+
+PROBES = 6
+CROSS, GAIN, BIAS, WALK_STEP, DEVIATION, OFF_SAMPLES, RANGE, STEP, STEPS = range(9)
+"""Rows of `errors`: part of the other axis; factor; bias; standard deviations of a step of the
+walk, of the noise of a sample, and of the sampling time in samples; range (infinite: none); step
+of the converter (0: none) and its inverse."""
+
+_TWO_PI = 2.0 * math.pi
+
+
+class _Decorator(Protocol):
+    def __call__(self, function: Function, /) -> Function: ...
+
+
+_OPTIONS: dict[str, Any] = {'cache': True, 'fastmath': False, 'error_model': 'numpy'}
+jit: _Decorator = numba.njit(**_OPTIONS)
+inline: _Decorator = numba.njit(**_OPTIONS, forceinline=True)
+
+
+@inline
+def pulse(angle: float, half_width: float, volt: float) -> float:
+    offset = angle - _TWO_PI if angle > math.pi else angle
+    part = offset / half_width
+    inside = 1.0 - part * part
+    if inside <= 0.0:
+        return 0.0
+    return volt * (inside * inside)
+
+
+@jit
+def lay_out(
+    first: int,
+    rate: float,
+    half_width: float,
+    volt: float,
+    turns: NDArray[np.int64],
+    angle: Array,
+    out: Array,
+    acceleration: Array,
+    clean: Array,
+    heads: Array,
+    values: NDArray[np.float32],
+) -> None:
+    """Write the quantities themselves and the rows of the truth.
+
+    Args:
+        first: index of the first sample.
+        rate: samples per second.
+        half_width: of a pulse of the key-phasor in rad.
+        volt: its height.
+        turns: (n,) whole turns of the shaft.
+        angle: (n,) the rest of its angle in rad.
+        out: (n, 12 or more), what the integrator wrote.
+        acceleration: (n, 4) of the housings; (0, 4) where the journals' count.
+        clean: (n, CHANNELS + 1), filled with the columns of the rows and load_z.
+        heads: (n, 9), the rows as float64: time, sample, angle, and the rest.
+        values: (n, 18), the rows as float32.
+
+    """
+    for n in range(angle.shape[0]):
+        for c in range(10):
+            clean[n, c] = out[n, c]
+        if acceleration.shape[0] > 0:
+            for c in range(4):
+                clean[n, 6 + c] = acceleration[n, c]
+        clean[n, 10] = pulse(angle[n], half_width, volt)
+        clean[n, 11] = out[n, 10]
+        clean[n, 12] = out[n, 11]
+        heads[n, 0] = n / rate
+        heads[n, 1] = first + n
+        heads[n, 2] = turns[n] * _TWO_PI + angle[n]
+        for c in range(CHANNELS):
+            values[n, 6 + c] = clean[n, c]
+
+
+@jit
+def housing(matrices: Array, state: Array, force: Array, out: Array) -> None:
+    """Step the housings of both bearings in y and z, four equal oscillators driven by -force.
+
+    Args:
+        matrices: (4, 3), see `housing.Housing`.
+        state: (4, 3), displacement, velocity and the force of the sample before; advanced.
+        force: (n, 4), contact force on the journals at the samples in N.
+        out: (n, 4), filled with the accelerations in m/s^2.
+
+    """
+    phi, gamma0, gamma1 = matrices[:2, :2], matrices[:2, 2], matrices[2, :2]
+    stiffness, damping, gain = matrices[3, 0], matrices[3, 1], matrices[3, 2]
+    for n in range(force.shape[0]):
+        for c in range(4):
+            x, v, before = state[c, 0], state[c, 1], state[c, 2]
+            now = -force[n, c]
+            state[c, 0] = phi[0, 0] * x + phi[0, 1] * v + gamma0[0] * before + gamma1[0] * now
+            state[c, 1] = phi[1, 0] * x + phi[1, 1] * v + gamma0[1] * before + gamma1[1] * now
+            state[c, 2] = now
+            out[n, c] = gain * now - stiffness * state[c, 0] - damping * state[c, 1]
+
+
+@jit
+def convert(
+    errors: Array, active: NDArray[np.bool_], work: Array, values: NDArray[np.float32]
+) -> None:
+    """Clip to the range, round to the steps of the converter, and write the rows.
+
+    `values` (n, 18) are the rows as float32; only active columns are written.
+    """
+    for n in range(work.shape[0]):
+        for c in range(CHANNELS):
+            value = work[n, c]
+            step = errors[STEP, c]
+            full = errors[RANGE, c]
+            rounded = step * np.floor(value * errors[STEPS, c] + 0.5)
+            value = rounded if step > 0.0 else value
+            high = full - step
+            # comparisons: NaN stays NaN
+            value = -full if value < -full else value
+            work[n, c] = high if value > high else value
+    for c in range(CHANNELS):
+        if active[c]:
+            for n in range(work.shape[0]):
+                values[n, 6 + c] = work[n, c]
+
+
+@jit
+def decimate(
+    kept: Array, taps: Array, starts: NDArray[np.int64], phases: NDArray[np.int64], out: Array
+) -> None:
+    """Write the sum of taps[phase] times kept[start:] (samples, 4) for each output.
+
+    The number of taps is even; even and odd ones are summed apart, the oldest first.
+    """
+    for m in range(out.shape[0]):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        e, f, g, h = 0.0, 0.0, 0.0, 0.0
+        phase = phases[m]
+        window = kept[starts[m] : starts[m] + taps.shape[1]]
+        for k in range(taps.shape[1] // 2):
+            even, odd = taps[phase, 2 * k], taps[phase, 2 * k + 1]
+            a += even * window[2 * k, 0]
+            b += even * window[2 * k, 1]
+            c += even * window[2 * k, 2]
+            d += even * window[2 * k, 3]
+            e += odd * window[2 * k + 1, 0]
+            f += odd * window[2 * k + 1, 1]
+            g += odd * window[2 * k + 1, 2]
+            h += odd * window[2 * k + 1, 3]
+        out[m, 0], out[m, 1], out[m, 2], out[m, 3] = a + e, b + f, c + g, d + h

@@ -1,0 +1,287 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""From what the rotor does to what the sensors say, block after block; see docs/sensors.md.
+
+Order of the effects: housing and pulse faults (the quantity itself), cross-axis, runout, scale,
+bias and its walk, noise, low-pass filter, sampling jitter, recorder noise, range and steps of the
+converter, loss of the channel.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotor_interfaces.waveform import (
+    ACCELERATION_COLUMNS,
+    CHANNEL_COLUMNS,
+    DISPLACEMENT_COLUMNS,
+    WAVEFORM_DTYPE,
+)
+from rotor_sim.sensors import _kernels, _plain
+from rotor_sim.sensors.config import Channel, FixedErrors, NoiseLevels, ProbeErrors, SensorConfig
+from rotor_sim.sensors.housing import at_rest, matrices
+from rotor_sim.sensors.imu import ImuDecimator, ImuSample
+
+Array = NDArray[np.float64]
+Imu = tuple[tuple[ImuSample, ...], tuple[ImuSample, ...]]
+
+COLUMNS = (*CHANNEL_COLUMNS, 'keyphasor', 'load_y')
+KEYPHASOR, LOAD = COLUMNS.index('keyphasor'), COLUMNS.index('load_y')
+KEYPHASOR_VOLT = 5.0
+KEYPHASOR_WIDTH_RAD = math.radians(12.0)
+FILTER_ORDER = 4
+"""Of the Butterworth low-pass."""
+
+_GROUP = {
+    **dict.fromkeys(DISPLACEMENT_COLUMNS, 'proximity'),
+    **dict.fromkeys(ACCELERATION_COLUMNS, 'accelerometers'),
+    'keyphasor': 'keyphasor',
+    'load_y': 'load',
+}
+_LEVEL = {
+    **dict.fromkeys(DISPLACEMENT_COLUMNS, 'displacement_noise_m'),
+    **dict.fromkeys(ACCELERATION_COLUMNS, 'acceleration_noise_m_s2'),
+    'load_y': 'load_noise_m_s2',
+}
+"""Level of the recorder noise that each noisy column follows."""
+
+
+class Measured(NamedTuple):
+    """Rows (WAVEFORM_DTYPE) of the sensors and of the truth, and the IMU of bearing 1 and 2."""
+
+    rows: NDArray[np.void]
+    truth_rows: NDArray[np.void]
+    imu: Imu
+
+
+class SensorChain:
+    """The sensors of one machine; their state goes on from block to block, from sample 0 on."""
+
+    def __init__(self, config: SensorConfig, seed: int, rate_hz: int) -> None:
+        self._config, self._seed, self._rate = config, seed, rate_hz
+        self._started = False
+        self._imu = ImuDecimator(rate_hz, config.imu_rate_hz) if config.imu_rate_hz else None
+        self._housing = matrices(config.housing, rate_hz) if config.housing.mass_kg else None
+        self._housing_state = np.zeros((4, 3))
+        self._errors = np.zeros((9, len(COLUMNS)))
+        self._runout = np.zeros((6, len(DISPLACEMENT_COLUMNS)))
+        self._memory = np.zeros((3, len(COLUMNS)))
+        groups = [config.groups[_GROUP[name]] for name in COLUMNS]
+        self._lay_out_errors(groups)
+        self._lay_out_filter(groups)
+        self._lay_out_losses(groups)
+        keyphasor = config.keyphasor
+        self._faults = (
+            keyphasor.missed_probability,
+            keyphasor.double_probability,
+            keyphasor.double_offset_rad,
+        )
+        self._faulty = any(self._faults[:2])
+        self._senses = bool(self._active.any())
+        self._active |= (self._loss_rate > 0.0) | np.isfinite(self._errors[_plain.RANGE])
+        self._active[KEYPHASOR] |= self._faulty
+
+    def _lay_out_errors(self, groups: list[Channel]) -> None:
+        k = _plain
+        errors, off = self._errors, np.zeros((9, len(COLUMNS)))
+        off[k.GAIN] = 1.0
+        off[k.RANGE] = np.inf
+        errors[:] = off
+        walk_s = _kernels.WALK_SAMPLES / self._rate
+        for c, (name, group) in enumerate(zip(COLUMNS, groups, strict=True)):
+            own: Any = getattr(group, name, group)
+            errors[k.BIAS, c] = own.bias
+            errors[k.GAIN, c] += own.scale_error
+            errors[k.WALK_STEP, c] = group.bias_walk * math.sqrt(walk_s)
+            errors[k.DEVIATION, c] = group.noise_density * math.sqrt(0.5 * self._rate)
+            errors[k.OFF_SAMPLES, c] = group.jitter_s * self._rate
+            errors[k.RANGE, c] = group.range or np.inf
+            if group.bits:
+                errors[k.STEP, c] = group.range * 2.0 ** (1 - group.bits)
+                errors[k.STEPS, c] = 1.0 / errors[k.STEP, c]
+            if isinstance(own, FixedErrors):
+                errors[k.CROSS, c] = own.cross_axis
+            if isinstance(own, ProbeErrors):
+                for runout in own.runout:
+                    row = 2 * (runout.order - 1)
+                    self._runout[row, c] += runout.amplitude_m * math.cos(runout.phase_rad)
+                    self._runout[row + 1, c] -= runout.amplitude_m * math.sin(runout.phase_rad)
+        self._active = (errors[: k.RANGE] != off[: k.RANGE]).any(axis=0)
+        self._active[: len(DISPLACEMENT_COLUMNS)] |= self._runout.any(axis=0)
+        if not self._runout.any():
+            self._runout = self._runout[:0]
+
+    def _lay_out_filter(self, groups: list[Channel]) -> None:
+        filtered = np.array([group.bandwidth_hz > 0.0 for group in groups])
+        count = FILTER_ORDER // 2 if filtered.any() else 0
+        self._sections = np.zeros((count, 5, len(COLUMNS)))
+        self._sections[:, 0] = 1.0
+        self._at_rest = np.zeros((count, 2, len(COLUMNS)))
+        for c in np.flatnonzero(filtered):
+            from scipy import signal  # noqa: PLC0415 - slow to import
+
+            bandwidth_hz = groups[c].bandwidth_hz
+            sections = signal.butter(FILTER_ORDER, bandwidth_hz, fs=self._rate, output='sos')
+            self._sections[:, :, c] = sections[:, [0, 1, 2, 4, 5]]
+            self._at_rest[:, :, c] = signal.sosfilt_zi(sections)
+        self._filter_state = np.zeros_like(self._at_rest)
+        self._active |= filtered
+
+    def _lay_out_losses(self, groups: list[Channel]) -> None:
+        self._loss_rate = np.array([group.dropout_rate / self._rate for group in groups])
+        self._loss_length = np.array(
+            [max(round(group.dropout_s * self._rate), 1) for group in groups], np.int64
+        )
+        self._loss_state = np.zeros((2, len(COLUMNS)), np.int64)
+        self._next_loss = np.full(len(COLUMNS), np.inf)
+        for c in np.flatnonzero(self._loss_rate):
+            first = _kernels.uniform(self._seed, int(c), _kernels.DROPOUT, 0)
+            self._next_loss[c] = -math.log(first) / self._loss_rate[c]
+            self._loss_state[0, c] = 1
+
+    def compile(self) -> None:
+        """Load or compile the kernels, so that the first block does not wait for it."""
+        levels = {name: np.ones(1) for name in NoiseLevels.model_fields}
+        other = SensorChain(self._config, self._seed, self._rate)
+        other.measure(0, np.zeros((1, 16)), np.zeros(1, np.int64), np.zeros(1), levels)
+
+    def measure(
+        self,
+        first_sample: int,
+        out: Array,
+        turns: NDArray[np.int64],
+        angle: Array,
+        levels: Mapping[str, Array] | None = None,
+    ) -> Measured:
+        """Return what the sensors say of the next samples; call it block after block.
+
+        Args:
+            first_sample: absolute index of the first sample.
+            out: (n, 12 or more), columns of `rotor_sim._kernels`; 12 to 15 where there is a
+                housing.
+            turns: (n,) whole turns of the shaft.
+            angle: (n,) the rest of its angle in rad.
+            levels: (n,) standard deviations of the recorder noise by their names in NoiseLevels;
+                those left out are zero.
+
+        """
+        angle = np.ascontiguousarray(angle)
+        clean = np.empty((len(out), len(COLUMNS) + 1))
+        truth = np.empty((len(out), WAVEFORM_DTYPE.itemsize // 4), np.float32)
+        _plain.lay_out(
+            first_sample,
+            float(self._rate),
+            0.5 * KEYPHASOR_WIDTH_RAD,
+            KEYPHASOR_VOLT,
+            turns,
+            angle,
+            out,
+            self._housing_acceleration(out),
+            clean,
+            truth.view(np.float64),
+            truth,
+        )
+        raw = truth.copy()
+        sensed = clean
+        noisy = {c: levels[k] for c, k in _LEVEL_OF.items() if k in levels} if levels else {}
+        if noisy or self._active.any():
+            sensed = self._sense(first_sample, clean, turns, angle, noisy=noisy, raw=raw)
+        if not self._config.encoder:
+            raw.view(np.float64)[:, 2] = np.nan
+        self._started = True
+        imu = self._imu_samples(sensed, out)
+        return Measured(_rows(raw), _rows(truth), imu)
+
+    def _housing_acceleration(self, out: Array) -> Array:
+        """Return what the accelerometers sit on, (n, 4); (0, 4) where that is the journals."""
+        if self._housing is None:
+            return np.empty((0, 4))
+        force = np.ascontiguousarray(out[:, 12:16])
+        if not self._started:
+            self._housing_state = at_rest(self._config.housing, force[0])
+        acceleration = np.empty_like(force)
+        _plain.housing(self._housing, self._housing_state, force, acceleration)
+        return acceleration
+
+    def _sense(
+        self,
+        first: int,
+        clean: Array,
+        turns: NDArray[np.int64],
+        angle: Array,
+        *,
+        noisy: Mapping[int, Array],
+        raw: NDArray[np.float32],
+    ) -> Array:
+        """Return `clean` with the sensors' effects, which are written to the rows `raw` too."""
+        if self._faulty:
+            clean = clean.copy()
+            _kernels.faulty_pulses(
+                self._seed,
+                turns,
+                angle,
+                0.5 * KEYPHASOR_WIDTH_RAD,
+                KEYPHASOR_VOLT,
+                self._faults,
+                clean[:, KEYPHASOR],
+            )
+        work = clean[:, : len(COLUMNS)].copy()
+        if self._senses:
+            _kernels.sense(
+                self._seed,
+                first,
+                self._started,
+                self._errors,
+                self._runout,
+                self._sections,
+                self._at_rest,
+                self._filter_state,
+                self._memory,
+                clean,
+                angle,
+                work,
+            )
+        active = self._active
+        if noisy:
+            active = active.copy()
+            active[list(noisy)] = True
+        normal = np.empty(len(work))
+        for c, level in noisy.items():
+            _kernels.normals(self._seed, c, _kernels.RECORDER, first, normal)
+            work[:, c] += level * normal
+        if self._loss_rate.any():
+            _kernels.dropouts(
+                self._seed,
+                first,
+                self._loss_rate,
+                self._loss_length,
+                self._loss_state,
+                self._next_loss,
+                work,
+            )
+        _plain.convert(self._errors, active, work, raw)
+        return work
+
+    def _imu_samples(self, sensed: Array, out: Array) -> Imu:
+        """Return the bearings' IMUs: sensed acceleration minus apparent gravity, decimated."""
+        if self._imu is None:
+            return (), ()
+        specific_force = sensed[:, 6:10].copy()
+        specific_force[:, 0::2] -= out[:, 10:11]
+        specific_force[:, 1::2] -= out[:, 11:12]
+        first, values = self._imu.push(specific_force)
+        done = list(enumerate(values.tolist(), first))
+        return (
+            tuple(ImuSample(index, value[0], value[1]) for index, value in done),
+            tuple(ImuSample(index, value[2], value[3]) for index, value in done),
+        )
+
+
+_LEVEL_OF = {COLUMNS.index(name): level for name, level in _LEVEL.items()}
+
+
+def _rows(raw: NDArray[np.float32]) -> NDArray[np.void]:
+    return np.asarray(raw.view(WAVEFORM_DTYPE)[:, 0])
