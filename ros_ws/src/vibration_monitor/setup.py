@@ -27,6 +27,7 @@ setup(
     install_requires=[
         'lz4>=4.3',
         'mcap>=1.5',
+        'numba>=0.61',
         'numpy>=2.0',
         'pillow>=11.0',
         'pydantic>=2.9',
@@ -42,6 +43,11 @@ setup(
             'recorder_node = vibration_monitor.recorder_node:main',
             'vibration_monitor_node = vibration_monitor.node:main',
             'viewer_node = vibration_monitor.viewer_node:main',
+        ],
+        'rotor_rig.detectors': [
+            'baseline = vibration_monitor.detectors.baseline:BaselineDetector',
+            'ratios = vibration_monitor.detectors.ratios:RatioDetector',
+            'zones = vibration_monitor.detectors.zones:ZoneDetector',
         ],
     },
     zip_safe=False,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibration_monitor import AlarmConfig, AlarmRule, AlarmState, Detector, Level
+from vibration_monitor import AlarmConfig, AlarmRule, AlarmState, Level, RuleJudge
 
 NAN = math.nan
 NAME = 'disk_z/ratio_3_1'
@@ -21,8 +21,8 @@ def config(required: int, out_of: int, release_ratio: float = 0.8) -> AlarmConfi
 
 
 def levels(settings: AlarmConfig, values: list[float]) -> list[Level]:
-    detector = Detector(settings)
-    return [detector.update({NAME: value}).level for value in values]
+    judge = RuleJudge(settings)
+    return [judge.update({NAME: value}).level for value in values]
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_levels_by_hand(required: int, out_of: int, values: list[float], expecte
 
 
 def test_before_the_first_window_nothing_is_known() -> None:
-    state = Detector(config(1, 1)).state
+    state = RuleJudge(config(1, 1)).state
     assert state == AlarmState.unknown()
     assert state.level is Level.STALE
     assert state.reasons == ('no window has been judged yet',)
@@ -87,28 +87,28 @@ def two_rules() -> AlarmConfig:
     ],
 )
 def test_the_worst_rule_gives_the_level(ratio: float, rms: float, expected: Level) -> None:
-    state = Detector(two_rules()).update({NAME: ratio, 'disk_y/rms': rms})
+    state = RuleJudge(two_rules()).update({NAME: ratio, 'disk_y/rms': rms})
     assert state.level is expected
 
 
 def test_reasons_name_value_limit_and_unit() -> None:
-    detector = Detector(two_rules())
-    state = detector.update({NAME: 0.5, 'disk_y/rms': 1.5e-6})
+    judge = RuleJudge(two_rules())
+    state = judge.update({NAME: 0.5, 'disk_y/rms': 1.5e-6})
     assert state.reasons == (
         'disk_y/rms = 1.5e-06 m: 1 of the last 1 windows reach the WARN limit 1e-06 m',
     )
-    detector.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
-    state = detector.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
+    judge.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
+    state = judge.update({NAME: 0.5, 'disk_y/rms': 0.9e-6})
     assert state.level is Level.WARN
     assert state.reasons == (
         'disk_y/rms = 9e-07 m: WARN stays until 1 of 2 windows are below 8e-07 m',
     )
-    detector.update({NAME: 0.5})
-    state = detector.update({NAME: 0.5})
+    judge.update({NAME: 0.5})
+    state = judge.update({NAME: 0.5})
     assert state.level is Level.STALE
     assert state.reasons == ('disk_y/rms has no valid value in the last 2 windows',)
-    detector.update({NAME: 0.5, 'disk_y/rms': 0.0})
-    state = detector.update({NAME: 0.5, 'disk_y/rms': 0.0})
+    judge.update({NAME: 0.5, 'disk_y/rms': 0.0})
+    state = judge.update({NAME: 0.5, 'disk_y/rms': 0.0})
     assert state == AlarmState(Level.OK)
 
 

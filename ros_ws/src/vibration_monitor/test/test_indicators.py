@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS
 from vibration_monitor import MonitorConfig
-from vibration_monitor.config import channel_indicators, indicator_unit, is_channel
 from vibration_monitor.indicators import channels_of, indicator_names, statistics
+from vibration_monitor.names import EXTRAS, channel_indicators, indicator_unit, is_channel
 
 
 def test_channels_are_the_vibration_columns() -> None:
@@ -40,14 +40,20 @@ def test_units_agree_with_the_wire() -> None:
         assert indicator_unit(f'{channel}/amplitude_order_1') == COLUMN_UNITS[channel]
         assert indicator_unit(f'{channel}/ratio_denominator') == COLUMN_UNITS[channel]
         assert indicator_unit(f'{channel}/phase_ball_pass') == 'rad'
-        for kind in ('ratio_3_1', 'crest_factor', 'kurtosis'):
+        assert indicator_unit(f'{channel}/load_slope_error_order_2') == COLUMN_UNITS[channel]
+        assert indicator_unit(f'{channel}/passage_amplitude_order_2') == COLUMN_UNITS[channel]
+        assert indicator_unit(f'{channel}/passage_speed_order_2') == 'rad/s'
+        for kind in ('ratio_3_1', 'crest_factor', 'kurtosis', 'envelope_prominence_cage'):
             assert indicator_unit(f'{channel}/{kind}') == '1'
+    assert indicator_unit('disk/forward_order_1') == 'm'
+    assert indicator_unit('disk/orbit_turns') == '1'
+    assert indicator_unit('brg1_ay/envelope_line_cage') == 'm/s^2'
     assert indicator_unit('speed_rad_s') == 'rad/s'
     assert indicator_unit('load_factor_range') == '1'
 
 
 def test_ratios_need_their_order() -> None:
-    kinds = channel_indicators((1.0, 3.0, 6.5))
+    kinds = channel_indicators('disk_y', (1.0, 3.0, 6.5), ())
     assert [kind for kind in kinds if kind.startswith('ratio')] == [
         'ratio_3_1',
         'ratio_denominator',
@@ -56,7 +62,8 @@ def test_ratios_need_their_order() -> None:
 
 
 def test_names_are_unique() -> None:
-    names = indicator_names(CHANNEL_COLUMNS, MonitorConfig())
+    config = MonitorConfig.from_mapping({'extras': EXTRAS, 'critical_speed_rad_s': 530.0})
+    names = indicator_names(CHANNEL_COLUMNS, config)
     assert len(set(names)) == len(names)
 
 
@@ -119,6 +126,33 @@ def test_statistics_of_known_samples() -> None:
         ({'spectrum_max_order': 0.5}, 'spectrum_max_order = 0.5 is out of range.*1 to 50'),
         ({'spectrum_max_order': math.nan}, 'spectrum_max_order = nan'),
         ({'windows': 64}, 'windows is not a known key'),
+        ({'channels': ['disk']}, "channels: 'disk' is no channel name"),
+        ({'channels': ['disk_z', 'disk_z']}, "channels: 'disk_z' stands there more than once"),
+        ({'channels': ['disk_y']}, "'disk_z/ratio_2_1'; channels does not hold 'disk_z'"),
+        ({'extras': ['orbits']}, r"extras\[0\] = 'orbits' is not allowed.*'orbit'"),
+        ({'extras': ['orbit', 'orbit']}, "extras: 'orbit' stands there more than once"),
+        ({'extras': ['passage']}, "extras holds 'passage', which needs critical_speed_rad_s"),
+        ({'critical_speed_rad_s': 0.0}, 'critical_speed_rad_s = 0.0 is out of range.*above 0'),
+        ({'envelope_band_hz': [3000.0, 1000.0]}, 'envelope_band_hz: 3000 to 1000 Hz is no band'),
+        ({'trend_windows': 5}, 'trend_windows = 5 is out of range; allowed: 6 to 1000'),
+        (
+            {'extras': ['envelope'], 'ball_count': 3},
+            'ball_pass_order = 3.08462 is not below ball_count = 3',
+        ),
+        (
+            {
+                'extras': [],
+                'alarm': {'rules': [{'indicator': 'disk_z/rms', 'warn': 1, 'error': 1}]},
+            },
+            "unknown indicator 'disk_z/rms'; add 'statistics' to extras",
+        ),
+        (
+            {
+                'channels': ['disk_z'],
+                'alarm': {'rules': [{'indicator': 'disk/orbit_turns', 'warn': 2, 'error': 2}]},
+            },
+            "unknown indicator 'disk/orbit_turns'; channels does not hold 'disk_y'",
+        ),
         ({'alarm': {'rules': []}}, 'alarm: rules is empty'),
         (
             {'alarm': {'required': 6}},

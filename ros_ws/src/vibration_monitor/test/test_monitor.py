@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The monitor as a stream: blocks, joining, columns, indicators by name, limits of memory."""
 
+import cmath
 import math
 
 import numpy as np
@@ -33,6 +34,7 @@ from vibration_monitor import (
     VibrationMonitor,
 )
 from vibration_monitor import monitor as monitor_module
+from vibration_monitor.names import EXTRAS
 from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
 
 
@@ -139,6 +141,36 @@ def test_other_columns_neither_help_nor_disturb() -> None:
                 assert record.value(name) == reference.value(name), name
 
 
+def test_chosen_channels_and_extras_change_no_number() -> None:
+    config = MonitorConfig(channels=('brg1_ay', 'disk_z', 'case_y'), extras=('statistics',))
+    records = run(VibrationMonitor(config), blocks(ROWS, 256))
+    assert len(records) == len(REFERENCE)
+    for record, reference in zip(records, REFERENCE, strict=True):
+        assert record.spectrum is None
+        assert record.indicators().keys() == set(record.names)
+        for name, value in record.indicators().items():
+            if name.startswith('case_y/'):
+                # the waveform does not have it
+                assert math.isnan(value), name
+            else:
+                assert value == reference.value(name), name
+        vector = record.vector('disk_z', 'order_2')
+        assert abs(vector) == pytest.approx(record.value('disk_z/amplitude_order_2'), rel=1e-12)
+        assert cmath.phase(vector) == pytest.approx(record.value('disk_z/phase_order_2'))
+        assert cmath.isnan(record.vector('disk_y', 'order_2'))
+
+
+def test_all_extras_together_do_not_depend_on_the_blocks() -> None:
+    config = MonitorConfig.from_mapping({'extras': EXTRAS, 'critical_speed_rad_s': 700.0})
+    records = run(VibrationMonitor(config), blocks(ROWS, 256))
+    for size in (100, 3000):
+        assert same(run(VibrationMonitor(config), blocks(ROWS, size)), records)
+    for record, reference in zip(records, REFERENCE, strict=True):
+        assert len(record.names) == len(record.values)
+        for name in reference.names:
+            assert record.value(name) == reference.value(name), name
+
+
 def test_channels_are_fixed_by_the_first_block_of_a_run() -> None:
     stream = blocks(ROWS, 256)
     names = [name for name in ROWS.dtype.names or () if name != 'disk_y']
@@ -157,7 +189,8 @@ def test_a_bad_value_spoils_its_own_channel_only(name: str, bad: float) -> None:
     hole = REFERENCE[1].first_sample - 5
     rows[name][hole] = bad
     records = run(VibrationMonitor(), blocks(rows, 256))
-    own = ('load_factor',) if name == 'load_y' else (f'{name}/',)
+    # the whirl of a plane needs both of its displacements
+    own = {'disk_y': ('disk_y/', 'disk/'), 'load_y': ('load_factor',)}.get(name, (f'{name}/',))
     for record, reference in zip(records, REFERENCE, strict=True):
         assert record.valid
         for value, expected, key in zip(record.values, reference.values, record.names, strict=True):
@@ -203,7 +236,8 @@ def test_names_are_stable_and_complete() -> None:
     names = REFERENCE[0].names
     assert names[:3] == ('speed_rad_s', 'load_factor', 'load_factor_range')
     assert [name.split('/')[0] for name in names[3:]] == [
-        channel for channel in CHANNEL_COLUMNS for _ in range(26)
+        *(channel for channel in CHANNEL_COLUMNS for _ in range(26)),
+        *(plane for plane in ('disk', 'brg1', 'brg2') for _ in range(2 * 8 + 3)),
     ]
     for kind in (
         *(f'{what}_order_{order}' for what in ('amplitude', 'phase') for order in ('0.5', '1')),
@@ -212,7 +246,7 @@ def test_names_are_stable_and_complete() -> None:
     ):
         assert f'disk_z/{kind}' in names
     assert all(record.names is names for record in REFERENCE)
-    assert len(names) == len(REFERENCE[0].values) == 263
+    assert len(names) == len(REFERENCE[0].values) == 263 + 3 * 19
     assert math.isnan(REFERENCE[0].value('no/such'))
 
 
@@ -230,11 +264,18 @@ def test_orders_that_the_samples_do_not_resolve_are_nan() -> None:
     slow = steady_angle(2.0, 352.0, rate_hz=1000)
     rows = table(slow, {'disk_z': np.cos(slow)})
     record = run(VibrationMonitor(), blocks(rows, 256, rate_hz=1000))[0]
-    # 17.8 samples a revolution: orders up to 2.97
+    # 17.8 samples a revolution: the spectrum up to order 2.97, vectors up to 8.9
+    assert record.spectrum is not None
+    assert np.flatnonzero(np.isfinite(record.spectrum.amplitudes['disk_z']))[-1] == 190
+    assert math.isfinite(record.value('disk_z/amplitude_order_5'))
+    assert record.value('speed_rad_s') == pytest.approx(352.0, rel=1e-9)
+    slow = steady_angle(2.0, 352.0, rate_hz=340)
+    rows = table(slow, {'disk_z': np.cos(slow)})
+    record = run(VibrationMonitor(), blocks(rows, 256, rate_hz=340))[0]
+    # 6.07 samples a revolution: vectors up to 3.03 less 4 bins
     assert math.isfinite(record.value('disk_z/amplitude_order_2.5'))
     for name in ('amplitude_order_3', 'phase_order_3', 'ratio_3_1', 'amplitude_ball_pass'):
         assert math.isnan(record.value(f'disk_z/{name}')), name
-    assert record.value('speed_rad_s') == pytest.approx(352.0, rel=1e-9)
 
 
 def test_a_hop_as_long_as_the_window_and_a_longer_window() -> None:
@@ -262,7 +303,7 @@ def test_memory_holds_what_open_windows_need() -> None:
     for block in blocks(ROWS, 64):
         monitor.push(block)
         # one window of 64 revolutions at 300 rad/s or faster, a hop less, and a block
-        assert monitor._buffer._length <= 64 * 2 * math.pi / 300.0 * RATE_HZ + 64
+        assert len(monitor._buffer) <= 64 * 2 * math.pi / 300.0 * RATE_HZ + 64
 
 
 def test_a_shaft_that_hardly_turns_is_invalid_and_bounds_the_memory(
@@ -281,7 +322,7 @@ def test_a_shaft_that_hardly_turns_is_invalid_and_bounds_the_memory(
         records = []
         for block in blocks(rows, size):
             records += monitor.push(block)
-            assert monitor._buffer._length <= limit * 1.25 + size
+            assert len(monitor._buffer) <= limit * 1.25 + size
         results.append(records)
     assert same(*results)
     slow = [record for record in results[0] if record.last_sample < 6 * RATE_HZ]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibration_monitor.config import AlarmConfig, AlarmRule, MonitorConfig
-    from vibration_monitor.detection import AlarmState, Detector, Level
+    from vibration_monitor.detection import AlarmState, Level, RuleJudge
     from vibration_monitor.errors import MonitorError, RecordingError
     from vibration_monitor.indicators import OrderSpectrum
     from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
@@ -19,13 +19,13 @@ _MODULE_OF = {
     'AlarmConfig': 'config',
     'AlarmRule': 'config',
     'AlarmState': 'detection',
-    'Detector': 'detection',
     'IndicatorRecord': 'monitor',
     'Level': 'detection',
     'MonitorConfig': 'config',
     'MonitorError': 'errors',
     'OrderSpectrum': 'indicators',
     'RecordingError': 'errors',
+    'RuleJudge': 'detection',
     'VibrationMonitor': 'monitor',
 }
 
@@ -33,13 +33,13 @@ __all__ = [
     'AlarmConfig',
     'AlarmRule',
     'AlarmState',
-    'Detector',
     'IndicatorRecord',
     'Level',
     'MonitorConfig',
     'MonitorError',
     'OrderSpectrum',
     'RecordingError',
+    'RuleJudge',
     'VibrationMonitor',
 ]
 

@@ -1,60 +1,31 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the monitor, and the names of its indicators."""
+"""Settings of the monitor."""
 
 import difflib
 import math
-import re
-from typing import Self
+from typing import Literal, Self
 
 import pydantic
 
 from rotor_interfaces.config import ConfigModel, quantity
-
-WINDOW_INDICATORS = ('speed_rad_s', 'load_factor', 'load_factor_range')
-"""Indicators of a whole window; all others belong to a channel: `disk_z/rms`."""
-
-RATIO_ORDERS = (2.0, 3.0, 4.0, 2.5)
-"""Orders whose amplitude is published relative to 1x."""
-
-MAIN_LOBE_BINS = 4
-"""Half width of the main lobe of the 4-term Blackman-Harris window."""
+from vibration_monitor.crack import CRACK_ORDERS, CrackConfig
+from vibration_monitor.names import (
+    EXTRAS,
+    channel_indicators,
+    is_channel,
+    plane_indicators,
+    window_indicators,
+)
+from vibration_monitor.spectrum import MAIN_LOBE_BINS
 
 MAX_WINDOW_REVOLUTIONS = 512
 
-_CHANNEL = re.compile(r'(?!load_)\w+_(?P<acceleration>a?)[yz]')
+Extra = Literal[
+    'spectrum', 'statistics', 'whirl', 'average', 'orbit', 'envelope', 'passage', 'trend', 'crack'
+]
+
 _ORDER_RANGE = (0.25, 50.0)
-
-
-def is_channel(name: str) -> bool:
-    """Say whether a column is a vibration channel: it ends in _y, _z (m), _ay or _az (m/s^2)."""
-    return _CHANNEL.fullmatch(name) is not None
-
-
-def is_acceleration(channel: str) -> bool:
-    """Say whether a channel is an acceleration (m/s^2); the others are displacements (m)."""
-    match = _CHANNEL.fullmatch(channel)
-    return match is not None and match['acceleration'] == 'a'
-
-
-def channel_indicators(orders: tuple[float, ...]) -> tuple[str, ...]:
-    """Return the names of the indicators of one channel, without the channel, in fixed order."""
-    tracked = [f'order_{order:g}' for order in orders] + ['ball_pass']
-    names = [f'{what}_{order}' for order in tracked for what in ('amplitude', 'phase')]
-    names += [f'ratio_{order:g}_1' for order in RATIO_ORDERS if order in orders]
-    return (*names, 'ratio_denominator', 'rms', 'crest_factor', 'kurtosis')
-
-
-def indicator_unit(name: str) -> str:
-    """Return the unit of an indicator, '1' for a pure number."""
-    if name == 'speed_rad_s':
-        return 'rad/s'
-    channel, _, kind = name.rpartition('/')
-    if kind.startswith('phase'):
-        return 'rad'
-    if kind.startswith('amplitude') or kind in ('rms', 'ratio_denominator'):
-        return 'm/s^2' if is_acceleration(channel) else 'm'
-    return '1'
 
 
 class AlarmRule(ConfigModel):
@@ -117,6 +88,14 @@ class AlarmConfig(ConfigModel):
 class MonitorConfig(ConfigModel):
     """What the monitor computes in each window, and when it raises an alarm."""
 
+    channels: tuple[str, ...] = pydantic.Field(
+        default=(),
+        description='channels to use, such as disk_z; empty: all that the waveform has',
+    )
+    extras: tuple[Extra, ...] = pydantic.Field(
+        default=('spectrum', 'statistics', 'whirl', 'orbit', 'crack'),
+        description='what to compute beside the amplitudes, phases and ratios of the orders',
+    )
     window_revolutions: int = quantity(
         64,
         unit='1',
@@ -142,6 +121,21 @@ class MonitorConfig(ConfigModel):
         le=_ORDER_RANGE[1],
         description='ball passes of a bearing in one revolution, N_b r_i / (r_i + r_o)',
     )
+    ball_count: int = quantity(8, unit='1', ge=3, le=100, description='balls of a bearing')
+    envelope_band_hz: tuple[float, float] = pydantic.Field(
+        default=(1000.0, 4000.0),
+        description='band of the acceleration whose envelope is looked at, in Hz',
+    )
+    critical_speed_rad_s: float | None = quantity(
+        None,
+        unit='rad/s',
+        gt=0.0,
+        le=1e5,
+        description='critical speed whose parts 1/2, 1/3, 1/4 the extra `passage` watches',
+    )
+    trend_windows: int = quantity(
+        40, unit='1', ge=6, le=1000, description='windows that the extra `trend` looks back'
+    )
     displacement_floor_m: float = quantity(
         1e-7, unit='m', gt=0.0, le=1e-3, description='least denominator of displacement ratios'
     )
@@ -151,10 +145,36 @@ class MonitorConfig(ConfigModel):
     spectrum_max_order: float = quantity(
         10.0, unit='1', ge=1.0, le=_ORDER_RANGE[1], description='highest order of the spectrum'
     )
+    crack: CrackConfig = pydantic.Field(
+        default=CrackConfig(), description='what the extra `crack` must know of the rotor'
+    )
     alarm: AlarmConfig = pydantic.Field(
         default=AlarmConfig(),
         description='limits, agreement of windows and hysteresis of the alarm',
     )
+
+    @pydantic.field_validator('channels')
+    @classmethod
+    def _check_channels(cls, channels: tuple[str, ...]) -> tuple[str, ...]:
+        for name in channels:
+            if not is_channel(name):
+                raise ValueError(f'{name!r} {_NO_CHANNEL}')
+        _check_unique(channels)
+        return channels
+
+    @pydantic.field_validator('extras')
+    @classmethod
+    def _check_extras(cls, extras: tuple[Extra, ...]) -> tuple[Extra, ...]:
+        _check_unique(extras)
+        return extras
+
+    @pydantic.field_validator('envelope_band_hz')
+    @classmethod
+    def _check_band(cls, band_hz: tuple[float, float]) -> tuple[float, float]:
+        low, high = band_hz
+        if not 0 < low < high:
+            raise ValueError(f'{low:g} to {high:g} Hz is no band; it must rise from above 0')
+        return band_hz
 
     @pydantic.field_validator('orders')
     @classmethod
@@ -178,6 +198,16 @@ class MonitorConfig(ConfigModel):
                 f'hop_revolutions = {self.hop_revolutions} would leave revolutions unseen; '
                 f'allowed: 1 to window_revolutions = {self.window_revolutions}'
             )
+        needed = [f'{order:g}' for order in CRACK_ORDERS if order not in self.orders]
+        if 'crack' in self.extras and needed:
+            raise ValueError(f"extras holds 'crack', which needs order {needed[0]} in orders")
+        if 'passage' in self.extras and self.critical_speed_rad_s is None:
+            raise ValueError("extras holds 'passage', which needs critical_speed_rad_s; give it")
+        if 'envelope' in self.extras and not self.ball_pass_order < self.ball_count:
+            raise ValueError(
+                f'ball_pass_order = {self.ball_pass_order:g} is not below ball_count = '
+                f'{self.ball_count}; a cage turns slower than the shaft'
+            )
         for order in self.orders:
             self._check_separation(order)
         for rule in self.alarm.rules:
@@ -200,13 +230,37 @@ class MonitorConfig(ConfigModel):
         )
 
     def _check_indicator(self, name: str) -> None:
-        channel, _, kind = name.rpartition('/')
-        known = channel_indicators(self.orders) if channel else WINDOW_INDICATORS
-        if kind in known and (not channel or is_channel(channel)):
-            return
-        if channel and not is_channel(channel):
-            why = f'{channel!r} is no channel name (it must end in _y, _z, _ay or _az)'
+        source, _, kind = name.rpartition('/')
+        known = self._kinds(source, self.extras)
+        if kind in known:
+            needed = [source] if is_channel(source) else [f'{source}_y', f'{source}_z']
+            missing = [channel for channel in needed if channel not in self.channels]
+            if not self.channels or not source or not missing:
+                return
+            why = f'channels does not hold {missing[0]!r}'
+        elif source and not is_channel(source) and kind not in self._kinds(source, EXTRAS):
+            why = f'{source!r} {_NO_CHANNEL}'
+        elif kind in self._kinds(source, EXTRAS):
+            extra = next(e for e in EXTRAS if kind in self._kinds(source, (e,)))
+            why = f'add {extra!r} to extras'
         else:
             close = difflib.get_close_matches(kind, known, n=1)
             why = f'did you mean {close[0]!r}?' if close else f'allowed: {", ".join(known)}'
         raise ValueError(f'alarm.rules names an unknown indicator {name!r}; {why}')
+
+    def _kinds(self, source: str, extras: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the indicators that a channel, a plane or, without name, the window can have."""
+        if not source:
+            return window_indicators(extras)
+        if is_channel(source):
+            return channel_indicators(source, self.orders, extras)
+        return plane_indicators(self.orders, extras)
+
+
+_NO_CHANNEL = 'is no channel name (it must end in _y, _z, _ay or _az)'
+
+
+def _check_unique(names: tuple[str, ...]) -> None:
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise ValueError(f'{repeated[0]!r} stands there more than once')

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How deep a crack would have to be to explain what the probes say: an estimate of K = dk/k.
 
-Method: equivalent loads (Bach and Markert 1997; Platz, Markert and Seidler, Proc. IMechE C 214
-(2000) 1037-1044). The motion of the disk and of both bearings is measured, so the equation of the
+Method: equivalent loads (Markert, Platz and Seidler, International Journal of Rotating Machinery 7
+(2001) 311-321). The motion of the disk and of both bearings is measured, so the equation of the
 disk alone, (5a-b) of Hou et al. 2016, gives the force that the sound shaft leaves unexplained,
 whatever the bearings, their clearance and the unbalance do. At order n and over the stiffness k:
 
@@ -17,14 +17,14 @@ proportion to the load, whereas a misalignment's force and a probe's runout stay
     q_n = runout and misalignment (constant) + runout (w^2) + K share_n exp(i n angle) b_0
 
 is fitted by least squares over the last minute; the manoeuvre is the test signal. Both orders must
-show the crack. Without a change of load the constant terms come from reference flights.
+show the crack. In level flight only the difference from reference flights is left.
 """
 
 import cmath
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pydantic
@@ -41,13 +41,19 @@ _SHARES = np.array([0.25, 0.1134])
 """Forward part of f cos^2 and f sin cos at these orders, of a half angle of 30 degrees."""
 
 _SPEED_SCALE_RAD_S = 400.0
+_WITH_SPEED = 3
+"""Regressors of a flight: constant, with the square of the speed, with the static bend."""
+
+_NOISE_M, _RELATIVE_ERROR = 1e-8, 0.02
+"""Errors of q_n: the probes' noise in a window, and what scale errors and transients make of it."""
+
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
 
 _CERTAINTY = 4.0
 """Standard errors that the lower bound lies below the estimate."""
 
-_LEVEL_ERROR_M = 1e-7
+_LEVEL_ERROR_M = 2e-8
 """What the constant terms may change from flight to flight without any fault."""
 
 _STIFFNESS_SPREAD = 0.03
@@ -113,23 +119,57 @@ class CrackWindow:
     vectors: NDArray[np.complex128]
     ball_pass: NDArray[np.complex128]
 
+    @classmethod
+    def of(cls, indicators: Mapping[str, float], hop_revolutions: int) -> Self:
+        """Return the window that these indicators of the monitor describe; NaN where one lacks."""
+
+        def vector(channel: str, order: str) -> complex:
+            amplitude = indicators.get(f'{channel}/amplitude_{order}', math.nan)
+            phase = indicators.get(f'{channel}/phase_{order}', math.nan)
+            return amplitude * complex(math.cos(phase), math.sin(phase))
+
+        speed_rad_s = indicators.get('speed_rad_s', math.nan)
+        tracked = [f'order_{order:g}' for order in CRACK_ORDERS]
+        return cls(
+            speed_rad_s=speed_rad_s,
+            step_s=2.0 * math.pi * hop_revolutions / speed_rad_s,
+            mean=np.array([indicators.get(f'{name}/mean', math.nan) for name in PROBES]),
+            vectors=np.array([[vector(name, order) for order in tracked] for name in PROBES]),
+            ball_pass=np.array([vector(name, 'ball_pass') for name in PROBES]),
+        )
+
+    def equivalent_loads(self, config: CrackConfig) -> NDArray[np.complex128]:
+        """Return the forward parts of q at CRACK_ORDERS, (2,) in m, for the design stiffness."""
+        rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
+        return _loads(self, rigid, config.damping_ratio)[1]
+
 
 @dataclass(frozen=True)
 class CrackEstimate:
     """Crack stiffness ratio K that explains the last minute; NaN where nothing can be said.
 
     `lowest` is what K is at least (4 standard errors, both orders); negative where there is no
-    evidence. `angle_rad` is the crack's axis from the heavy spot (beta). `from_load` says whether
-    the change of the load showed it, or the difference from the reference flights.
+    evidence. `angle_rad` is the crack's axis from the mark of angle 0 (beta).
     """
 
     ratio: float
     lowest: float
     angle_rad: float
-    from_load: bool
 
 
-UNKNOWN = CrackEstimate(math.nan, math.nan, math.nan, from_load=True)
+UNKNOWN = CrackEstimate(math.nan, math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class CrackFindings:
+    """What speaks for a crack: the change with the load, and the difference from the reference.
+
+    The second works in level flight but is fooled by whatever changes 2x and 3x at once, such as a
+    scratch under a probe; it is UNKNOWN without a baseline.
+    """
+
+    by_load: CrackEstimate = UNKNOWN
+    by_reference: CrackEstimate = UNKNOWN
 
 
 def learn_baseline(
@@ -151,10 +191,11 @@ def learn_baseline(
             'the reference flights hold no whole window with all of ' + ', '.join(PROBES)
         )
     rigid = _rigid_squares(known, config, ball_pass_order)
-    regression = _Regression(3)
+    fit = _Regression(_WITH_SPEED)
     for window in known:
-        regression.add(1.0, *_loads(window, rigid, config.damping_ratio))
-    constant = regression.solve(_ridge())[0][:2].reshape(-1)
+        regressors, loads, weights = _loads(window, rigid, config.damping_ratio)
+        fit.add(regressors, loads, weights=weights, keep=1.0)
+    constant = fit.solve()[0][:, :2].T.reshape(-1)
     return CrackBaseline(
         rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
         constant_y_m=tuple(constant.real.tolist()),
@@ -172,54 +213,57 @@ class CrackEstimator:
         if config.baseline is not None:
             self._rigid = np.array(config.baseline.rigid_critical_speeds_rad_s) ** 2
             self._constant = config.baseline.terms()
-        self._varying = _Regression(3)
+        self._varying = _Regression(_WITH_SPEED)
         self._level = _Regression(1)
         self._time_s = 0.0
 
-    def update(self, window: CrackWindow) -> CrackEstimate:
+    def update(self, window: CrackWindow) -> CrackFindings:
         """Take the next window; return what is known now."""
         if not _is_complete(window):
-            return UNKNOWN
+            return CrackFindings()
         keep = math.exp(-window.step_s / self.config.memory_s)
-        regressors, loads = _loads(window, self._rigid, self.config.damping_ratio)
-        self._varying.add(keep, regressors, loads)
+        regressors, loads, weights = _loads(window, self._rigid, self.config.damping_ratio)
+        self._varying.add(regressors, loads, weights=weights, keep=keep)
         if self._constant is not None:
-            self._level.add(keep, regressors[2:], loads - regressors[:2] @ self._constant)
+            rests = loads - regressors[:2] @ self._constant
+            self._level.add(regressors[2:], rests, weights=weights, keep=keep)
         self._time_s += window.step_s
         if self._time_s < self.config.settle_s:
-            return UNKNOWN
-        estimate = _judge(self._varying, _ridge(), 0.0, from_load=True)
+            return CrackFindings()
+        by_load = _judge(self._varying, 0.0)
         if self._constant is None:
-            return estimate
-        other = _judge(self._level, np.zeros(1), _LEVEL_ERROR_M, from_load=False)
-        return max(estimate, other, key=lambda one: one.lowest)
+            return CrackFindings(by_load)
+        return CrackFindings(by_load, _judge(self._level, _LEVEL_ERROR_M))
 
 
 def _loads(
     window: CrackWindow, rigid: NDArray[np.float64], damping_ratio: float
-) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Return the regressors (3,) and the forward equivalent loads q (2,) in m."""
+) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]:
+    """Return the regressors (3,), the forward equivalent loads q (2,) in m, and their weights.
+
+    q is the difference of two terms; where these are large (near a resonance) so are its errors.
+    """
     bend = _bend(window.vectors).T
     square = window.speed_rad_s**2
     orders = np.array(CRACK_ORDERS)[:, np.newaxis]
     damping = 1.0 + 4.0j * damping_ratio * orders * square / rigid
-    q = damping * bend - 2.0 * orders**2 * square / rigid * window.vectors[:2].T
+    inertia = 2.0 * orders**2 * square / rigid * window.vectors[:2].T
+    q = damping * bend - inertia
     static = float(_bend(window.mean)[0])
     regressors = np.array([1.0, square / _SPEED_SCALE_RAD_S**2, static])
-    return regressors, 0.5 * (q[:, 0] + 1j * q[:, 1])
+    errors = _RELATIVE_ERROR / _NOISE_M * np.abs(inertia).max(axis=1)
+    return regressors, 0.5 * (q[:, 0] + 1j * q[:, 1]), 1.0 / (1.0 + errors**2)
 
 
-def _judge(
-    regression: '_Regression', ridge: NDArray[np.float64], error_m: float, *, from_load: bool
-) -> CrackEstimate:
+def _judge(fit: '_Regression', error_m: float) -> CrackEstimate:
     """Return the crack that the last regressor's coefficients speak of."""
-    coefficients, errors = regression.solve(ridge)
-    slopes = coefficients[-1]
-    static = regression.root_mean_square(-1)
+    coefficients, errors = fit.solve()
+    slopes = coefficients[:, -1]
     ratios = np.abs(slopes) / _SHARES
-    lowest = ratios - (_CERTAINTY * errors[-1] + error_m / static) / _SHARES
+    doubt = _CERTAINTY * errors[:, -1] + error_m / fit.root_mean_square(-1)
+    lowest = ratios - doubt / _SHARES
     angle = _angle(complex(slopes[0]), complex(slopes[1]))
-    return CrackEstimate(float(ratios.min()), float(lowest.min()), angle, from_load=from_load)
+    return CrackEstimate(float(ratios.min()), float(lowest.min()), angle)
 
 
 def _rigid_squares(
@@ -239,59 +283,59 @@ def _rigid_squares(
 
 
 class _Regression:
-    """Least squares of two complex responses on real regressors, with forgetting."""
+    """Weighted least squares of one complex response an order on real regressors; forgets."""
 
     def __init__(self, count: int) -> None:
-        self._weight = 0.0
+        orders = len(CRACK_ORDERS)
         self._windows = 0.0
-        self._normal = np.zeros((count, count))
-        self._right = np.zeros((count, len(CRACK_ORDERS)), np.complex128)
-        self._power = np.zeros(len(CRACK_ORDERS))
+        self._weight = np.zeros(orders)
+        self._normal = np.zeros((orders, count, count))
+        self._right = np.zeros((orders, count), np.complex128)
+        self._power = np.zeros(orders)
 
     def add(
-        self, keep: float, regressors: NDArray[np.float64], responses: NDArray[np.complex128]
+        self,
+        regressors: NDArray[np.float64],
+        responses: NDArray[np.complex128],
+        *,
+        weights: NDArray[np.float64],
+        keep: float,
     ) -> None:
-        self._weight = keep * self._weight + 1.0
-        self._normal = keep * self._normal + np.outer(regressors, regressors)
-        self._right = keep * self._right + np.outer(regressors, responses)
-        self._power = keep * self._power + np.abs(responses) ** 2
+        """Take the responses (orders,) after multiplying the weight of all before by `keep`."""
+        self._windows = keep * self._windows + 1.0
+        self._weight = keep * self._weight + weights
+        square = np.outer(regressors, regressors)
+        self._normal = keep * self._normal + weights[:, None, None] * square
+        self._right = keep * self._right + np.outer(weights * responses, regressors)
+        self._power = keep * self._power + weights * np.abs(responses) ** 2
 
-    def root_mean_square(self, index: int) -> float:
-        """Return the weighted RMS of a regressor."""
-        return math.sqrt(float(self._normal[index, index]) / self._weight)
+    def root_mean_square(self, index: int) -> NDArray[np.float64]:
+        """Return the weighted RMS of a regressor, (orders,)."""
+        return np.asarray(np.sqrt(self._normal[:, index, index] / self._weight))
 
-    def solve(
-        self, ridge: NDArray[np.float64]
-    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-        """Return the coefficients (count, 2) and their standard errors (count, 2).
+    def solve(self) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+        """Return the coefficients and their standard errors, (orders, count) each.
 
-        `ridge` is 1/variance of each coefficient's prior in units of the responses' noise, which
-        is found first without it.
+        The coefficient of the square of the speed, the second of three, has a prior about 0 of
+        _RUNOUT_SPREAD_M, which keeps the fit determined at constant speed.
         """
-        scale = np.sqrt(np.maximum(np.diag(self._normal), 1e-300))
-        normal = self._normal / np.outer(scale, scale)
-        right = self._right / scale[:, np.newaxis]
-        noise = self._noise(np.linalg.inv(normal + 1e-9 * np.eye(len(normal))) @ right, right)
-        results = []
-        for response, variance in enumerate(noise):
-            prior = ridge * variance / scale**2 + 1e-12
-            inverse = np.linalg.inv(normal + np.diag(prior))
-            errors = np.sqrt(variance * np.maximum(np.diag(inverse), 0.0))
-            results.append((inverse @ right[:, response] / scale, errors / scale))
-        coefficients, errors_of = zip(*results, strict=True)
-        return np.stack(coefficients, axis=1), np.stack(errors_of, axis=1)
-
-    def _noise(
-        self, coefficients: NDArray[np.complex128], right: NDArray[np.complex128]
-    ) -> NDArray[np.float64]:
-        explained = (np.conj(coefficients) * right).real.sum(axis=0)
-        degrees = max(self._weight - len(right), 1.0)
+        count = self._right.shape[1]
+        unit = np.eye(count)
+        scale = np.sqrt(np.maximum(np.diagonal(self._normal, axis1=1, axis2=2), 1e-300))
+        normal = self._normal / (scale[:, :, None] * scale[:, None, :])
+        right = self._right / scale
+        free = (np.linalg.inv(normal + 1e-9 * unit) * right[:, None, :]).sum(axis=2)
+        explained = (np.conj(free) * right).real.sum(axis=1)
         # what rounding leaves of two equal sums is no noise
-        return np.asarray(np.maximum(self._power - explained, 1e-14 * self._power) / degrees)
-
-
-def _ridge() -> NDArray[np.float64]:
-    return np.array([0.0, 1.0 / _RUNOUT_SPREAD_M**2, 0.0])
+        rest = np.maximum(self._power - explained, 1e-14 * self._power)
+        noise = rest / max(self._windows - count, 1.0)
+        prior = np.full((len(noise), count), 1e-12)
+        if count == _WITH_SPEED:
+            prior[:, 1] += noise / (_RUNOUT_SPREAD_M * scale[:, 1]) ** 2
+        inverse = np.linalg.inv(normal + prior[:, :, None] * unit)
+        coefficients = (inverse * right[:, None, :]).sum(axis=2) / scale
+        variance = np.maximum(np.diagonal(inverse, axis1=1, axis2=2), 0.0)
+        return coefficients, np.sqrt(noise[:, None] * variance) / scale
 
 
 def _bend(values: NDArray[Any]) -> NDArray[Any]:

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from vibration_monitor.config import AlarmConfig, AlarmRule, indicator_unit
+from vibration_monitor.config import AlarmConfig, AlarmRule
+from vibration_monitor.names import indicator_unit
 
 
 class Level(enum.IntEnum):
@@ -34,7 +35,7 @@ class AlarmState:
         return cls(Level.STALE, ('no window has been judged yet',))
 
 
-class Detector:
+class RuleJudge:
     """Judges the rules of `config` window after window.
 
     A level is reached when N of the last M windows are at or above its limit, and left when N

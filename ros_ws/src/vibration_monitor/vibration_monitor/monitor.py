@@ -7,27 +7,25 @@ the blocks are, so its indicators do not depend on the block size or on where th
 joined. A speed that reverses is not supported: it makes windows invalid.
 """
 
+import cmath
 import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.messages import NANOSECONDS, sample_stamp_ns
 from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.buffer import SampleBuffer
+from vibration_monitor.clock import BlockClock, whole_rate
 from vibration_monitor.config import MonitorConfig
-from vibration_monitor.detection import AlarmState, Detector, Level
-from vibration_monitor.indicators import (
-    OrderSpectrum,
-    Window,
-    analyse,
-    channels_of,
-    indicator_names,
-)
+from vibration_monitor.detection import AlarmState, Level, RuleJudge
+from vibration_monitor.indicators import Analyser, OrderSpectrum, Window, channels_of
+from vibration_monitor.keyphasor import KeyphasorAngle, PulseCounts
 from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
 
 MAX_WINDOW_SAMPLES = 1 << 20
@@ -38,6 +36,10 @@ MAX_INVALID_RECORDS = 1000
 
 ANGLE_MISSING = 'the shaft angle is missing'
 ANGLE_UNSTEADY = 'the shaft angle does not rise steadily'
+
+Column = NDArray[Any]
+
+_NO_VECTOR = complex(math.nan, math.nan)
 
 _MAX_STEP_REVOLUTIONS = 1 / MIN_SAMPLES_PER_CYCLE
 
@@ -67,6 +69,17 @@ class IndicatorRecord:
         """Return an indicator by name; NaN where this stream does not have it."""
         return float(self.values[self.names.index(name)]) if name in self.names else math.nan
 
+    def indicators(self) -> dict[str, float]:
+        """Return all indicators by name."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    def vector(self, channel: str, order: str) -> complex:
+        """Return A exp(i phase) of `order_2` or `ball_pass`, angle 0 = phase 0; NaN if unknown."""
+        amplitude, phase = (
+            self.value(f'{channel}/{what}_{order}') for what in ('amplitude', 'phase')
+        )
+        return cmath.rect(amplitude, phase) if math.isfinite(amplitude + phase) else _NO_VECTOR
+
 
 class VibrationMonitor:
     """Computes the indicators of every window of revolutions, and the alarm."""
@@ -77,15 +90,14 @@ class VibrationMonitor:
         self._counts = dict.fromkeys(
             ('windows', 'invalid', 'skipped', 'blocks_without_angle', 'angle_faults'), 0
         )
+        self._pulses = PulseCounts()
         self._start_run()
 
     def _start_run(self) -> None:
         """Forget everything but the counters."""
-        self._detector = Detector(self.config.alarm)
-        self._channels: tuple[str, ...] = ()
+        self._judge = RuleJudge(self.config.alarm)
         self._names: tuple[str, ...] = ()
-        self._buffer = _Buffer()
-        self._clock = _Clock()
+        self._clock = BlockClock()
         self._previous = math.nan
         """Angle of the last sample in revolutions, NaN where the chain is broken."""
         self._gap = ''
@@ -94,6 +106,10 @@ class VibrationMonitor:
         self._reason = ''
         self._judged = (0, 0)
         """Last sample and length in samples of the last valid window."""
+        self._turned = 0
+        """The whole revolution that follows the last angle."""
+        self._keyphasor: KeyphasorAngle | None = None
+        self._source = 'none'
 
     def push(self, block: WaveformBlock) -> list[IndicatorRecord]:
         """Take the next block; return the records of the windows that it completes or breaks.
@@ -106,24 +122,77 @@ class VibrationMonitor:
         first = _first_sample(block)
         expected = self._continuity.next_sample or 0
         continuity = self._continuity.check(first, len(block.rows))
+        records = []
         if continuity is Continuity.RESTART:
             self._start_run()
         elif continuity is Continuity.GAP:
+            records += self._leave_keyphasor()
             self._gap = f'{first - expected} samples before sample {first} were lost'
             self._previous = math.nan
         if not self._names:
-            self._channels = channels_of(block.columns)
-            self._names = indicator_names(self._channels, self.config)
+            channels = channels_of(block.columns, self.config.channels)
+            self._analyser = Analyser(channels, self.config)
+            self._names = self._analyser.names
+            self._buffer = SampleBuffer(len(channels) + 2)
+            self._waiting = SampleBuffer(len(channels) + 1)
         self._clock.take(first, block.stamp_ns, block.rows['time'])
         revolutions = _column(block, 'angle') / (2 * math.pi)
-        if not np.isfinite(revolutions).all():
-            self._counts['blocks_without_angle'] += 1
-        signals = np.stack([_column(block, name) for name in (*self._channels, 'load_y')])
+        columns = [_column(block, name) for name in (*self._analyser.channels, 'load_y')]
+        for piece, present in _runs(np.isfinite(revolutions)):
+            parts = [column[piece] for column in columns]
+            if present:
+                records += self._leave_keyphasor()
+                self._source = 'encoder'
+                records += self._take(first + piece.start, revolutions[piece], parts)
+            else:
+                volts = _column(block, 'keyphasor')[piece]
+                records += self._follow_keyphasor(first + piece.start, volts, parts)
+        self._counts['blocks_without_angle'] += not np.isfinite(revolutions).all()
+        return records
+
+    def _follow_keyphasor(
+        self, first_sample: int, volts: Column, columns: list[Column]
+    ) -> list[IndicatorRecord]:
+        """Take samples whose angle has to wait for the pulses of the key-phasor."""
+        if self._keyphasor is None:
+            self._keyphasor = KeyphasorAngle(self._turned, self._pulses)
+            self._source = 'none'
+        self._waiting.append(first_sample, columns)
+        return self._take_waiting(self._keyphasor.push(volts))
+
+    def _leave_keyphasor(self) -> list[IndicatorRecord]:
+        """Let go of the samples that still wait: no further pulse will place them."""
+        if self._keyphasor is None:
+            return []
+        records = self._take_waiting(self._keyphasor.finish())
+        self._keyphasor = None
+        return records
+
+    def _take_waiting(self, revolutions: NDArray[np.float64]) -> list[IndicatorRecord]:
+        count = len(revolutions)
+        if not count:
+            return []
+        self._source = 'none' if math.isnan(revolutions[-1]) else 'key-phasor'
+        first_sample = self._waiting.first_sample
+        records = self._take(first_sample, revolutions, list(self._waiting.rows[:, :count]))
+        self._waiting.drop(count)
+        return records
+
+    def _take(
+        self, first_sample: int, revolutions: NDArray[np.float64], columns: list[Column]
+    ) -> list[IndicatorRecord]:
+        """Take samples with their angles, NaN where there is none."""
         records = []
         for piece, fault in self._pieces(revolutions):
             if fault:
-                records += self._break(float(revolutions[piece.start]), first + piece.start, fault)
-            self._buffer.append(first + piece.start, revolutions[piece], signals[:, piece])
+                angle = float(revolutions[piece.start])
+                records += self._break(angle, first_sample + piece.start, fault)
+                if piece.stop == piece.start + 1 < len(revolutions):
+                    # the next sample does not follow either, as when the shaft turns backwards
+                    continue
+            parts = [revolutions[piece], *(column[piece] for column in columns)]
+            self._buffer.append(first_sample + piece.start, parts)
+            self._turned = math.ceil(revolutions[piece.stop - 1])
             records += self._complete_windows()
         return records
 
@@ -137,8 +206,8 @@ class VibrationMonitor:
         config = self.config
         patience = 1 + config.alarm.out_of * config.hop_revolutions / config.window_revolutions
         waited = (self._continuity.next_sample or 0) - last_sample
-        if self._detector.state.level is Level.STALE or waited <= length * patience:
-            return self._detector.state
+        if self._judge.state.level is Level.STALE or waited <= length * patience:
+            return self._judge.state
         why = self._reason or 'the shaft has become too slow'
         return AlarmState(Level.STALE, (f'no valid window in the last {waited} samples: {why}',))
 
@@ -154,6 +223,10 @@ class VibrationMonitor:
             'windows skipped in gaps [1]': self._counts['skipped'],
             'blocks without angle [1]': self._counts['blocks_without_angle'],
             'angle faults [1]': self._counts['angle_faults'],
+            'angle from': self._source,
+            'key-phasor pulses missed [1]': self._pulses.missed,
+            'key-phasor pulses too many [1]': self._pulses.extra,
+            'key-phasor lost [1]': self._pulses.lost_trains,
             'last fault': self._reason,
         }
 
@@ -185,50 +258,55 @@ class VibrationMonitor:
         hop = self.config.hop_revolutions
         lost = range(0)
         if self._placed:
-            lost = range(self._next, math.ceil(max(revolution, self._buffer.last_angle) / hop))
+            lost = range(self._next, math.ceil(max(revolution, self._last_angle()) / hop))
             self._reason = fault
         self._placed = True
         self._next = math.ceil(revolution / hop)
-        self._buffer = _Buffer()
+        self._buffer.clear()
         self._counts['skipped'] += max(0, len(lost) - MAX_INVALID_RECORDS)
         return [self._invalid(window, sample, fault) for window in lost[:MAX_INVALID_RECORDS]]
+
+    def _last_angle(self) -> float:
+        return float(self._buffer.rows[0, -1]) if len(self._buffer) else -math.inf
 
     def _complete_windows(self) -> list[IndicatorRecord]:
         """Return the records of the windows that the samples so far complete."""
         records = []
         hop, count = self.config.hop_revolutions, self.config.window_revolutions
-        while self._buffer.last_angle >= self._next * hop + count:
-            records.append(self._judge(self._next))
+        while self._last_angle() >= self._next * hop + count:
+            records.append(self._analyse(self._next))
             self._next += 1
-            self._buffer.drop_before(self._next * hop)
-        self._buffer.keep_last(MAX_WINDOW_SAMPLES)
+            angle = self._buffer.rows[0]
+            before = int(np.searchsorted(angle, float(self._next * hop), side='right')) - 1
+            self._buffer.drop(max(0, before))
+        # a shaft that hardly turns; an eighth more, so that it is not moved with every block
+        if len(self._buffer) > MAX_WINDOW_SAMPLES * 5 // 4:
+            self._buffer.drop(len(self._buffer) - MAX_WINDOW_SAMPLES * 9 // 8)
         return records
 
-    def _judge(self, window: int) -> IndicatorRecord:
+    def _analyse(self, window: int) -> IndicatorRecord:
         """Return the record of a window whose end has been passed."""
-        first_sample, revolutions, signals = self._buffer.joined()
+        first_sample, rows = self._buffer.first_sample, self._buffer.rows
         start = window * self.config.hop_revolutions
         end = start + self.config.window_revolutions
-        inside = slice(*np.searchsorted(revolutions, [start, end]).tolist())
-        before = int(np.searchsorted(revolutions, start, side='right')) - 1
+        inside = slice(*np.searchsorted(rows[0], [float(start), float(end)]).tolist())
+        before = int(np.searchsorted(rows[0], float(start), side='right')) - 1
         last_sample = first_sample + inside.stop - 1
         length = inside.stop - before
         if before < 0 or length > MAX_WINDOW_SAMPLES:
             self._reason = f'the window holds more than {MAX_WINDOW_SAMPLES} samples'
             return self._invalid(window, last_sample, self._reason)
-        used = slice(before, inside.stop + 1)
-        values, spectrum = analyse(
+        used = rows[:, before : inside.stop + 1]
+        values, spectrum = self._analyser.analyse(
             Window(
                 start=start,
                 count=self.config.window_revolutions,
-                revolutions=revolutions[used],
-                signals=signals[:-1, used],
-                load_y=signals[-1, used],
+                revolutions=used[0],
+                signals=used[1:-1],
+                load_y=used[-1],
                 inside=slice(inside.start - before, inside.stop - before),
                 rate_hz=self._clock.rate_hz(),
-            ),
-            self._channels,
-            self.config,
+            )
         )
         self._judged = (last_sample, length)
         self._reason = ''
@@ -274,7 +352,7 @@ class VibrationMonitor:
             names=self._names,
             values=values,
             spectrum=spectrum,
-            alarm=self._detector.update(dict(zip(self._names, values.tolist(), strict=True))),
+            alarm=self._judge.update(dict(zip(self._names, values.tolist(), strict=True))),
         )
 
 
@@ -285,101 +363,21 @@ def _first_sample(block: WaveformBlock) -> int:
         raise WireError('the block has no `time` column, so its sample rate is unknown')
     time = block.rows['time']
     if len(time) > 1:
-        _whole_rate(len(time) - 1, float(time[-1] - time[0]))
+        whole_rate(len(time) - 1, float(time[-1] - time[0]))
     if not np.array_equal(block.rows['sample'], first + np.arange(len(block.rows))):
         raise WireError(f'the samples of the block at sample {first} do not follow one another')
     return first
 
 
-def _column(block: WaveformBlock, name: str) -> NDArray[np.float64]:
-    """Return a column as float64, NaN where the block does not have it."""
+def _column(block: WaveformBlock, name: str) -> Column:
+    """Return a column as it is, NaN where the block does not have it."""
     if name not in block.columns:
         return np.full(len(block.rows), math.nan)
-    return block.rows[name].astype(np.float64)
+    return block.rows[name]
 
 
-class _Buffer:
-    """Consecutive samples that open windows still need."""
-
-    def __init__(self) -> None:
-        self._first_sample = 0
-        self._angles: list[NDArray[np.float64]] = []
-        self._signals: list[NDArray[np.float64]] = []
-        self._length = 0
-        self.last_angle = -math.inf
-
-    def append(
-        self, first_sample: int, angle: NDArray[np.float64], signals: NDArray[np.float64]
-    ) -> None:
-        """Add samples: angle in revolutions (n,), signals (channels, n)."""
-        if not self._length:
-            self._first_sample = first_sample
-        self._angles.append(angle)
-        self._signals.append(signals)
-        self._length += len(angle)
-        self.last_angle = float(angle[-1])
-
-    def joined(self) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
-        """Return the first sample's index and all samples in one piece."""
-        if len(self._angles) > 1:
-            self._angles = [np.concatenate(self._angles)]
-            self._signals = [np.concatenate(self._signals, axis=1)]
-        return self._first_sample, self._angles[0], self._signals[0]
-
-    def drop_before(self, revolution: float) -> None:
-        """Drop the samples that a window starting at `revolution` does not need."""
-        _, angle, _ = self.joined()
-        self._drop(max(0, int(np.searchsorted(angle, revolution, side='right')) - 1))
-
-    def keep_last(self, count: int) -> None:
-        """Bound the memory: keep the last `count` samples and an eighth, at least."""
-        if self._length > count + count // 4:
-            self.joined()
-            self._drop(self._length - count - count // 8)
-
-    def _drop(self, count: int) -> None:
-        self._angles = [self._angles[0][count:].copy()]
-        self._signals = [self._signals[0][:, count:].copy()]
-        self._first_sample += count
-        self._length -= count
-
-
-class _Clock:
-    """Sample rate and stamps of a run, from the blocks' stamps and time column."""
-
-    def __init__(self) -> None:
-        self._rate_hz: int | None = None
-        self._origin: tuple[int, int] | None = None
-        self._latest = (0, 0)
-
-    def take(self, first_sample: int, stamp_ns: int, time: NDArray[np.float64]) -> None:
-        """Note a block: its first sample, that sample's stamp, its time column in s."""
-        self._latest = (first_sample, stamp_ns)
-        self._origin = self._origin or self._latest
-        if self._rate_hz is None and len(time) > 1:
-            self._rate_hz = _whole_rate(len(time) - 1, float(time[-1] - time[0]))
-
-    def rate_hz(self) -> int:
-        """Return the sample rate, a whole number of Hz."""
-        if self._rate_hz is None:
-            # blocks of one sample: their stamps must do
-            sample, stamp_ns = self._origin or self._latest
-            samples = self._latest[0] - sample
-            return _whole_rate(samples, (self._latest[1] - stamp_ns) / NANOSECONDS)
-        return self._rate_hz
-
-    def stamp_ns(self, sample: int) -> int:
-        """Return the stamp of a sample, the same whichever block it came in."""
-        first_sample, stamp_ns = self._latest
-        rate_hz = self.rate_hz()
-        epoch_ns = stamp_ns - sample_stamp_ns(0, first_sample, rate_hz)
-        return sample_stamp_ns(epoch_ns, sample, rate_hz)
-
-
-def _whole_rate(samples: int, duration_s: float) -> int:
-    if not duration_s > 0 or not round(samples / duration_s):
-        raise WireError(
-            f'{samples} samples take {duration_s:g} s by the time column or the stamps; '
-            'time must rise'
-        )
-    return round(samples / duration_s)
+def _runs(present: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
+    """Yield the stretches where it is True, and those where it is False, in turn."""
+    cuts = (np.flatnonzero(present[1:] != present[:-1]) + 1).tolist()
+    for start, stop in itertools.pairwise([0, *cuts, len(present)]):
+        yield slice(start, stop), bool(present[start])

@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 from scipy.ndimage import spline_filter1d
 
+from vibration_monitor._kernels import quintic_spline
 from vibration_monitor.errors import MonitorError
 
 MIN_SAMPLES_PER_CYCLE = 6
@@ -95,9 +95,6 @@ def resample(
     grid = np.arange(count * points) / points
     times = np.interp(grid, revolutions - start, np.arange(len(revolutions), dtype=np.float64))
     coefficients = spline_filter1d(signals, SPLINE_DEGREE, axis=1, mode='mirror')
-    # coefficient i belongs to the B-spline centred on sample i, with half its degree beyond
-    beyond = SPLINE_DEGREE // 2
-    padded = np.pad(coefficients, ((0, 0), (beyond, beyond)), mode='reflect')
-    knots = np.arange(padded.shape[1] + SPLINE_DEGREE + 1) - float(SPLINE_DEGREE)
-    spline = BSpline(knots, padded.T, SPLINE_DEGREE, extrapolate=False)
-    return np.ascontiguousarray(spline(times).T)
+    # half a B-spline's degree of coefficients more at both ends, and one for the last sample's cell
+    padded = np.pad(coefficients, ((0, 0), (SPLINE_DEGREE // 2, SPLINE_DEGREE // 2 + 1)), 'reflect')
+    return quintic_spline(padded, times)

@@ -16,7 +16,10 @@ from vibration_monitor.errors import MonitorError
 
 # Harris, Proceedings of the IEEE 66 (1978) 51-83, table 1: highest side lobe -92 dB. Written out
 # because `import scipy.signal` takes longer than everything else at start.
-_TERMS = (0.35875, -0.48829, 0.14128, -0.01168)
+BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)
+
+MAIN_LOBE_BINS = 4
+"""Half width of the main lobe of the window."""
 
 
 @functools.lru_cache(maxsize=8)
@@ -24,7 +27,7 @@ def blackman_harris(count: int) -> NDArray[np.float64]:
     """Return the periodic 4-term Blackman-Harris window, peak 1; (count,), read-only."""
     angle = 2 * np.pi * np.arange(count) / count
     window = np.zeros(count)
-    for term, factor in enumerate(_TERMS):
+    for term, factor in enumerate(BLACKMAN_HARRIS):
         window += factor * np.cos(term * angle)
     window.flags.writeable = False
     return window

@@ -1,0 +1,52 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Detector (a): the textbook's fixed limits on the super-harmonics 2x and 3x relative to 1x."""
+
+import math
+from collections.abc import Iterable
+
+from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.config import MonitorConfig
+from vibration_monitor.detectors.persistence import Persistence
+from vibration_monitor.detectors.protocol import SILENT, Verdict
+from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
+
+
+class RatioDetector:
+    """A2/A1 and A3/A1 of the disk against the WARN limits of the monitor's default alarm.
+
+    Score = ratio over its limit, the higher of the two, reached by 3 of the last 5 windows: 1 is
+    where the monitor warns. Nothing is learnt from the reference flights.
+    """
+
+    alarm_score = 1.0
+
+    def __init__(self) -> None:
+        config = MonitorConfig(channels=('disk_z',), extras=())
+        self._monitor = VibrationMonitor(config)
+        self._rules = config.alarm.rules
+        self._levels = {
+            rule.indicator: Persistence(config.alarm.required, config.alarm.out_of)
+            for rule in self._rules
+        }
+        self._verdict = SILENT
+
+    def fit(self, flights: Iterable[Iterable[WaveformBlock]]) -> None:
+        """Learn nothing: the limits are fixed."""
+
+    def push(self, block: WaveformBlock) -> Verdict:
+        """Take the next block; the verdict is that of the last complete window."""
+        for record in self._monitor.push(block):
+            self._verdict = self._judge(record)
+        return self._verdict
+
+    def _judge(self, record: IndicatorRecord) -> Verdict:
+        best = SILENT
+        for rule in self._rules:
+            value = record.value(rule.indicator)
+            score = self._levels[rule.indicator].update(value / rule.warn)
+            if math.isnan(score) or score <= best.score:
+                continue
+            text = f'{rule.indicator} reaches {score:.2f} times its limit {rule.warn:g}'
+            best = Verdict(score, text)
+        return best

@@ -1,0 +1,109 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""How an order depends on the load: the change of its vector with the load factor.
+
+The vectors Z of the last windows at similar speed are fitted by Z = a + b n, n the load factor, by
+least squares in the complex plane. What does not depend on the load (unbalance, misalignment) is in
+a, what does (a crack that the weight opens and closes) in b.
+"""
+
+import functools
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibration_monitor.spectrum import blackman_harris
+
+SPEED_TOLERANCE = 0.02
+"""Windows whose speed differs by more of it from that of the newest one are left out."""
+
+MIN_WINDOWS = 6
+MIN_LOAD_SPREAD = 0.1
+"""Least standard deviation of the load factor for which there is a slope."""
+
+Complex = NDArray[np.complex128]
+
+
+def load_slope(
+    load_factor: NDArray[np.float64], vectors: Complex, inflation: float = 1.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the magnitude of the slope of each vector over the load factor, and its error.
+
+    Args:
+        load_factor: of each window; (windows,).
+        vectors: A exp(i phase) of each window; (windows, vectors).
+        inflation: how many times larger the variance is because the windows share samples.
+
+    Returns:
+        |b| and its standard error, in the unit of the vectors per unit of load factor;
+        (vectors,). NaN with fewer than 6 windows or a load that hardly varies. Without any
+        dependence |b| is about the size of its error, not 0: it is the length of a vector.
+
+    """
+    windows = len(load_factor)
+    deviation = load_factor - np.mean(load_factor) if windows else load_factor
+    spread = float(np.sum(deviation**2))
+    if windows < MIN_WINDOWS or spread < windows * MIN_LOAD_SPREAD**2:
+        nothing = np.full(vectors.shape[1], math.nan)
+        return nothing, nothing
+    centred = vectors - np.mean(vectors, axis=0)
+    slope = np.sum(deviation[:, np.newaxis] * centred, axis=0) / spread
+    rest = np.abs(centred - deviation[:, np.newaxis] * slope) ** 2
+    variance = np.sum(rest, axis=0) / (windows - 2)
+    return np.abs(slope), np.sqrt(variance * inflation / spread)
+
+
+@functools.lru_cache(maxsize=8)
+def overlap_inflation(window_revolutions: int, hop_revolutions: int) -> float:
+    """Return how many times larger the variance of a mean is because windows overlap.
+
+    1 + 2 sum of the correlations of windows k hops apart, for white noise (Harris, Proceedings of
+    the IEEE 66 (1978) 51-83, section 4 C).
+    """
+    window = blackman_harris(64 * window_revolutions)
+    shift = 64 * hop_revolutions
+    total = 1.0
+    for start in range(shift, len(window), shift):
+        correlation = np.sum(window[start:] * window[:-start]) / np.sum(window**2)
+        total += 2.0 * float(correlation)
+    return total
+
+
+class LoadTrend:
+    """Keeps the last windows and fits the slopes of all channels and orders."""
+
+    def __init__(self, windows: int, inflation: float) -> None:
+        self._windows: deque[tuple[float, float, Complex]] = deque(maxlen=windows)
+        self._inflation = inflation
+
+    def update(
+        self, speed_rad_s: float, load_factor: float, vectors: Complex
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Take the next window; return slope and error of each channel and order.
+
+        Args:
+            speed_rad_s: mean speed of the window.
+            load_factor: mean of the window; a window without one is left out.
+            vectors: A exp(i phase); (channels, orders).
+
+        """
+        if math.isfinite(load_factor):
+            self._windows.append((speed_rad_s, load_factor, vectors))
+        near = [
+            (load, values)
+            for speed, load, values in self._windows
+            if abs(speed - speed_rad_s) <= SPEED_TOLERANCE * speed_rad_s
+        ]
+        slopes, errors = np.full((2, *vectors.shape), math.nan)
+        if not near or not math.isfinite(load_factor):
+            return slopes, errors
+        loads = np.array([load for load, _ in near])
+        history = np.stack([values for _, values in near])
+        for channel in range(len(vectors)):
+            known = np.isfinite(history[:, channel]).all(axis=1)
+            slopes[channel], errors[channel] = load_slope(
+                loads[known], history[known, channel], self._inflation
+            )
+        return slopes, errors
