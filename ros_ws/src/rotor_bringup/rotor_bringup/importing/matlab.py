@@ -1,0 +1,63 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""MATLAB files, read in a process of their own: on damaged ones scipy can end the process."""
+
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import warnings
+import zlib
+from pathlib import Path
+from typing import Any
+
+from rotor_bringup.errors import ImportFileError
+
+
+def load_mat(path: Path) -> dict[str, Any]:
+    """Return the variables of a MATLAB file up to version 7 by name, as `loadmat` has them.
+
+    Structs are objects with `_fieldnames`, axes of length 1 are left out.
+
+    Raises:
+        ImportFileError: no MATLAB file, a damaged one, or one of version 7.3.
+
+    """
+    done = subprocess.run(
+        [sys.executable, '-m', __name__, str(path)],
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
+    )
+    if done.returncode < 0:
+        raise ImportFileError(f'{path} is damaged: its reader crashed on it')
+    if done.returncode:
+        why = done.stderr.decode(errors='replace').strip().rpartition('\n')[2]
+        raise ImportFileError(f'{path} cannot be read: {why}')
+    found: dict[str, Any] | str = pickle.loads(done.stdout)  # noqa: S301 - our own process wrote it
+    if isinstance(found, str):
+        raise ImportFileError(f'{path} {found}')
+    return found
+
+
+def _read(path: str) -> dict[str, Any] | str:
+    """Return the variables, or what is wrong with the file."""
+    from scipy.io import loadmat  # noqa: PLC0415 - slow, and only in the process of its own
+    from scipy.io.matlab import MatReadError  # noqa: PLC0415
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore')  # such as a variable that stands twice
+            return dict(loadmat(path, squeeze_me=True, struct_as_record=False, appendmat=False))
+    except NotImplementedError:
+        return 'is a MATLAB file of version 7.3, which is not read; save it with -v7'
+    except (MatReadError, ValueError, TypeError, LookupError, AttributeError, EOFError, NameError,
+            OSError, OverflowError, MemoryError, struct.error, zlib.error) as error:  # fmt: skip
+        why = str(error).partition('\n')[0] or type(error).__name__
+        return f'is no MATLAB file, or is damaged: {why}'
+
+
+if __name__ == '__main__':
+    sys.stdout.buffer.write(pickle.dumps(_read(sys.argv[1])))
