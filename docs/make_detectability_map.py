@@ -105,8 +105,9 @@ def main() -> None:
     file = Path(sys.argv[1]) if len(sys.argv) > 1 else default
     found = np.array([scores(float(speed)) for speed in SPEEDS_RAD_S])
     limit = BaselineDetector.alarm_score
-    print('smallest K of the ladder from which on every crack raises the alarm')
-    print('rad/s ' + ''.join(f'{peak:>9g} g' for peak in PEAKS) + '   highest score at K = 0')
+    print('smallest K from which on every crack raises the alarm')  # noqa: T201
+    heads = ''.join(f'{peak:>9g} g' for peak in PEAKS)
+    print(f'rad/s {heads}   highest score at K = 0')  # noqa: T201
     for speed, table in zip(SPEEDS_RAD_S, found, strict=True):
         row = f'{speed:5.0f} '
         for scores_of_peak in table:
@@ -114,7 +115,7 @@ def main() -> None:
             missed = np.flatnonzero(~alarmed)
             first = CRACKS[1 + (missed[-1] + 1 if len(missed) else 0)] if alarmed[-1] else np.nan
             row += f'{first:>11g}'
-        print(row + f'   {table[:, 0].max():.4f}')
+        print(row + f'   {table[:, 0].max():.4f}')  # noqa: T201 - a script for the page
     draw(found, limit, file)
 
 
@@ -129,9 +130,7 @@ def draw(found: Array, limit: float, file: Path) -> None:
         shade = axes.pcolormesh(
             SPEEDS_RAD_S, np.arange(len(CRACKS)), values, norm=norm, cmap='viridis'
         )
-        axes.contour(
-            SPEEDS_RAD_S, np.arange(len(CRACKS)), values, levels=[limit], colors='red'
-        )
+        axes.contour(SPEEDS_RAD_S, np.arange(len(CRACKS)), values, levels=[limit], colors='red')
         axes.set_title('level flight' if peak == 1.0 else f'pulls to {peak:g} g')
         axes.set_xlabel('speed (rad/s)')
     panels[0].set_yticks(np.arange(len(CRACKS)), [f'{crack:g}' for crack in CRACKS])

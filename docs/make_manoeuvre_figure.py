@@ -92,20 +92,31 @@ def draw_sequence(axes: Any) -> None:
     axes.set_title('sequence: blends shaded')
 
 
+def draw_gusts(axes: Any) -> None:
+    """Draw rough air of two strengths."""
+    for rms, colour in ((0.4, ORANGE), (0.1, BLUE)):
+        times, load = load_factors({'profile': 'gusts', 'rms': rms, 'seed': 2}, 30.0)
+        axes.plot(times, load[:, 0], color=colour, label=f'rms {rms:g}')
+    axes.set_ylim(-0.5, 2.7)
+    axes.set_title('gusts')
+    axes.legend(frameon=False, loc='upper left', ncols=2)
+
+
 def main(path: Path) -> None:
     """Write the figure to `path`."""
     mpl.rcParams.update({'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3})
-    figure = Figure(figsize=(9.0, 7.5), layout='constrained')
+    figure = Figure(figsize=(11.0, 7.5), layout='constrained')
     panels = figure.subplot_mosaic(
-        [['load'] * 3, ['angle'] * 3, ['turn', 'simple', 'sequence']],
+        [['load'] * 4, ['angle'] * 4, ['turn', 'simple', 'sequence', 'gusts']],
         height_ratios=[2.0, 1.1, 1.7],
     )
     draw_climb_dive(panels['load'], panels['angle'])
     draw_turn(panels['turn'])
     draw_simple(panels['simple'])
     draw_sequence(panels['sequence'])
+    draw_gusts(panels['gusts'])
     panels['turn'].set_ylabel('load factor')
-    for name in ('turn', 'simple', 'sequence'):
+    for name in ('turn', 'simple', 'sequence', 'gusts'):
         panels[name].set_xlabel('time [s]')
     for axes in panels.values():
         axes.spines[['top', 'right']].set_visible(False)

@@ -17,7 +17,9 @@ setup(
     python_requires='>=3.11,<3.14',
     package_dir={'': '.'},
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', 'paper/*.yaml', 'scenarios/*.yaml']},
+    package_data={
+        PACKAGE: ['py.typed', 'paper/*.yaml', 'scenarios/*.yaml', 'dataset/suites/*.yaml']
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

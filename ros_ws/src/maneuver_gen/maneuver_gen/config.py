@@ -16,12 +16,15 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from maneuver_gen.errors import ManeuverError
+from maneuver_gen.gusts import Wave, gust_waves
 from maneuver_gen.profiles import GRAVITY_M_S2, SMOOTH_STEP_PEAK_SLOPE, RatePulse
 from rotor_interfaces.config import ConfigModel, quantity
 
 LOAD_FACTOR_RANGE = (-3.0, 12.0)
 LATERAL_LOAD_FACTOR_RANGE = (-3.0, 3.0)
 LONGEST_S = 86400.0
+SHIPPED = 'shipped:'
+"""Start of the path of a flight that comes with the rig: the same on every machine."""
 
 
 def _load_factor(default: Any = ..., *, description: str) -> Any:
@@ -178,9 +181,36 @@ class Recorded(ConfigModel):
 
     profile: Literal['recorded'] = 'recorded'
     path: str = pydantic.Field(
-        min_length=1, description='CSV file, relative to the folder of the scenario file'
+        min_length=1,
+        description='CSV file, relative to the folder of the scenario file; or shipped:NAME',
     )
     start_s: float = quantity(0.0, unit='s', description='time in the file at which the run starts')
+
+
+class Gusts(ConfigModel):
+    """Rough air: a load factor that wanders as in Dryden turbulence, set by `seed`."""
+
+    profile: Literal['gusts'] = 'gusts'
+    mean: float = _load_factor(1.0, description='mean load factor')
+    # the peaks of a Gaussian course stand some three times higher
+    rms: float = quantity(
+        0.2, unit='1', description='root mean square of the load factor about its mean', ge=0, le=1
+    )
+    speed_m_s: float = quantity(120.0, unit='m/s', description='flight speed', ge=30, le=600)
+    scale_m: float = quantity(
+        533.4, unit='m', description='scale length of the turbulence', ge=10, le=2000
+    )
+    seed: int = quantity(0, unit='1', description='which course of the gusts', ge=0, le=2**62)
+
+    @pydantic.model_validator(mode='after')
+    def _within_range(self) -> 'Gusts':
+        most = sum(wave.amplitude for wave in self.waves())
+        _check_range(self.mean - most, self.mean + most, 'lower mean or rms')
+        return self
+
+    def waves(self) -> tuple[Wave, ...]:
+        """Return the sinusoids that make up the course about its mean."""
+        return gust_waves(self.rms, self.speed_m_s, self.scale_m, self.seed)
 
 
 def _check_range(least: float, most: float, remedy: str) -> None:
@@ -213,11 +243,11 @@ def _known_profile(*names: str) -> pydantic.BeforeValidator:
     return pydantic.BeforeValidator(check)
 
 
-_SINGLE = ('constant', 'step', 'ramp', 'sinusoid', 'climb_dive', 'turn', 'recorded')
+_SINGLE = ('constant', 'step', 'ramp', 'sinusoid', 'climb_dive', 'turn', 'recorded', 'gusts')
 
 SingleManeuver = Annotated[
     Annotated[
-        Constant | Step | Ramp | Sinusoid | ClimbDive | Turn | Recorded,
+        Constant | Step | Ramp | Sinusoid | ClimbDive | Turn | Recorded | Gusts,
         pydantic.Field(discriminator='profile'),
     ],
     _known_profile(*_SINGLE),
@@ -265,7 +295,7 @@ class Sequence(ConfigModel):
 
 ManeuverConfig = Annotated[
     Annotated[
-        Constant | Step | Ramp | Sinusoid | ClimbDive | Turn | Recorded | Sequence,
+        Constant | Step | Ramp | Sinusoid | ClimbDive | Turn | Recorded | Gusts | Sequence,
         pydantic.Field(discriminator='profile'),
     ],
     _known_profile(*_SINGLE, 'sequence'),
@@ -293,7 +323,8 @@ def parse_maneuver(data: Mapping[str, Any] | str) -> ManeuverConfig:
 def resolve_paths(data: Any, folder: Path) -> Any:
     """Return plain data of a manoeuvre with flight files relative to `folder` made absolute.
 
-    Wrong data pass through unchanged: `parse_maneuver` says what is wrong with them.
+    Shipped flights stay as they are. Wrong data pass through unchanged: `parse_maneuver` says
+    what is wrong with them.
     """
     if isinstance(data, list):
         return [resolve_paths(item, folder) for item in data]
@@ -304,6 +335,8 @@ def resolve_paths(data: Any, folder: Path) -> Any:
         for key, value in data.items()
     }
     path = data.get('path')
-    if data.get('profile') == 'recorded' and isinstance(path, str) and path:
+    if data.get('profile') != 'recorded' or not isinstance(path, str):
+        return resolved
+    if path and not path.startswith(SHIPPED):
         resolved['path'] = str((folder / path).absolute())
     return resolved

@@ -4,7 +4,6 @@
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from maneuver_gen.config import (
     LONGEST_S,
     ClimbDive,
     Constant,
+    Gusts,
     ManeuverConfig,
     Ramp,
     Recorded,
@@ -24,7 +24,7 @@ from maneuver_gen.config import (
 )
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.profiles import GRAVITY_M_S2, FloatArray
-from maneuver_gen.recorded import read_flight
+from maneuver_gen.recorded import open_flight
 
 LOAD_RATE_HZ = 100
 """Points per second; point k stands at k x 10 ms."""
@@ -43,7 +43,7 @@ def check_duration(config: ManeuverConfig, duration_s: float) -> None:
         )
     for part, needed_s in _parts(config, duration_s):
         if isinstance(part, Recorded):
-            read_flight(Path(part.path)).require(part.start_s, needed_s)
+            open_flight(part.path).require(part.start_s, needed_s)
 
 
 def load_grid(config: ManeuverConfig, duration_s: float) -> FloatArray:
@@ -116,8 +116,14 @@ def _load_factors(config: SingleManeuver, times_s: FloatArray) -> FloatArray:
             bank = profiles.bank_angle(times_s, config.bank_rad, *shape)
             normal = profiles.coordinated_turn_load_factor(bank)
             lateral = profiles.bank_angle(times_s, config.slip_load_factor, *shape)
+        case Gusts():
+            normal = profiles.constant(times_s, config.mean)
+            for wave in config.waves():
+                normal += profiles.sinusoid(
+                    times_s, 0.0, wave.amplitude, wave.frequency_hz, wave.phase_rad
+                )
         case Recorded():
-            flight = read_flight(Path(config.path))
+            flight = open_flight(config.path)
             return flight.sample(config.start_s + times_s)
     return np.column_stack((normal, lateral))
 

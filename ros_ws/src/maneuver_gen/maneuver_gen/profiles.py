@@ -24,11 +24,11 @@ FloatArray = NDArray[np.float64]
 
 def _sin(values: FloatArray) -> FloatArray:
     # NumPy's SIMD sine may round differently by place in the array; the C library's does not
-    return np.array([math.sin(value) for value in values], dtype=np.float64)
+    return np.array([math.sin(value) for value in values.tolist()], dtype=np.float64)
 
 
 def _cos(values: FloatArray) -> FloatArray:
-    return np.array([math.cos(value) for value in values], dtype=np.float64)
+    return np.array([math.cos(value) for value in values.tolist()], dtype=np.float64)
 
 
 def smooth_step(x: FloatArray) -> FloatArray:

@@ -3,15 +3,17 @@
 """A recorded flight from a CSV file: time, load factor and, if wanted, lateral load factor."""
 
 import csv
+import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE
+from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE, SHIPPED
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.profiles import FloatArray
 
@@ -27,6 +29,7 @@ _HEADER_RULE = (
 )
 # a flight exactly as long as the run is long enough, whatever the last digit of its times
 _TIME_TOLERANCE_S = 1e-9
+_FLIGHTS = files('maneuver_gen') / 'flights'
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,33 @@ class RecordedFlight:
         normal = np.interp(times_s, self.times_s, self.load_factors)
         lateral = np.interp(times_s, self.times_s, self.lateral_load_factors)
         return np.column_stack((normal, lateral))
+
+
+def shipped_flights() -> list[str]:
+    """Return the names of the flights that come with the rig."""
+    return sorted(entry.name[:-4] for entry in _FLIGHTS.iterdir() if entry.name.endswith('.csv'))
+
+
+def open_flight(path: str) -> RecordedFlight:
+    """Return the flight of a CSV file or, for `shipped:NAME`, one that comes with the rig.
+
+    Raises ManeuverError as `read_flight`, and for a name that is not shipped.
+    """
+    if not path.startswith(SHIPPED):
+        return read_flight(Path(path))
+    name = path.removeprefix(SHIPPED)
+    if name not in shipped_flights():
+        raise ManeuverError(
+            f'path = {path!r} is not a flight that comes with the rig; shipped are '
+            f'{", ".join(shipped_flights())}'
+        )
+    return _shipped(name)
+
+
+@functools.cache
+def _shipped(name: str) -> RecordedFlight:
+    with as_file(_FLIGHTS / f'{name}.csv') as path:
+        return read_flight(path)
 
 
 def read_flight(path: Path) -> RecordedFlight:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from maneuver_gen import ManeuverError, parse_maneuver
+from maneuver_gen import ManeuverError, load_grid, parse_maneuver
 from maneuver_gen.recorded import read_flight
 from rotor_interfaces.errors import ConfigError, RigError
 
@@ -58,6 +58,9 @@ BAD_MANEUVERS: list[tuple[Any, str]] = [
         {'profile': 'sinusoid', 'amplitude': 1.0, 'frequency_hz': 5.5},
         'frequency_hz = 5.5 is out of range; allowed: above 0 to 5 Hz',
     ),
+    ({'profile': 'gusts', 'rms': -0.1}, 'rms = -0.1 is out of range; allowed: 0 to 1'),
+    ({'profile': 'gusts', 'rms': 0.9}, 'so lower mean or rms'),
+    ({'profile': 'gusts', 'seed': -1}, 'seed = -1 is out of range'),
     (
         {'profile': 'sinusoid', 'mean': 10.0, 'amplitude': 3.0, 'frequency_hz': 1.0},
         'the load factor could run from 7 to 13; allowed: -3 to 12, so lower mean or amplitude',
@@ -208,3 +211,9 @@ def test_ordinary_variations_of_a_flight_file_are_read(tmp_path: Path, content: 
     assert flight.times_s.tolist() == [0.0, 1.0]
     assert flight.load_factors.tolist() == [1.0, 2.0]
     assert flight.lateral_load_factors.tolist() == [0.0, 0.0]
+
+
+def test_a_flight_that_is_not_shipped_is_named_with_those_that_are() -> None:
+    config = parse_maneuver({'profile': 'recorded', 'path': 'shipped:concorde'})
+    with pytest.raises(ManeuverError, match=r"'shipped:concorde' is not .* synthetic_record"):
+        load_grid(config, 1.0)

@@ -5,6 +5,7 @@
 import re
 import subprocess
 import sys
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from maneuver_gen import load_grid, parse_maneuver, resolve_paths
 from maneuver_gen.config import (
     ClimbDive,
     Constant,
+    Gusts,
     Ramp,
     Recorded,
     Sequence,
@@ -24,11 +26,12 @@ from maneuver_gen.config import (
     Step,
     Turn,
 )
+from maneuver_gen.recorded import shipped_flights
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
 
 DOCS = Path(__file__).resolve().parents[4] / 'docs'
 TEXT = (DOCS / 'manoeuvres.md').read_text('utf-8')
-MODELS = (Constant, Step, Ramp, Sinusoid, ClimbDive, Turn, Recorded, Sequence)
+MODELS = (Constant, Step, Ramp, Sinusoid, ClimbDive, Turn, Recorded, Gusts, Sequence)
 EXAMPLES = re.findall(r'```yaml\n(.*?)```', TEXT, re.DOTALL)
 
 
@@ -105,6 +108,22 @@ def test_the_numbers_of_the_default_flight() -> None:
     held = load[(times >= start) & (times <= start + push_over.hold_s)]
     assert held.min() == pytest.approx(0.04, abs=0.005)
     assert held.max() == pytest.approx(0.1, abs=0.005)
+
+
+def test_the_shipped_record_is_made_by_its_script(tmp_path: Path) -> None:
+    path = tmp_path / 'record.csv'
+    script = DOCS / 'make_synthetic_record.py'
+    subprocess.run([sys.executable, '-W', 'error', str(script), str(path)], check=True)
+    (shipped,) = shipped_flights()
+    assert path.read_bytes() == (files('maneuver_gen') / f'flights/{shipped}.csv').read_bytes()
+
+
+def test_the_shipped_record_can_be_flown_from_any_folder(tmp_path: Path) -> None:
+    data = {'profile': 'recorded', 'path': 'shipped:synthetic_record', 'start_s': 60.0}
+    assert resolve_paths(data, tmp_path) == data
+    factors = load_grid(parse_maneuver(data), 1100.0)[:, 0] / 9.81
+    assert factors.min() < 0.3
+    assert 5.5 < factors.max() < 7.0
 
 
 @pytest.mark.slow

@@ -86,6 +86,16 @@ SINGLE = st.one_of(
             'slip_load_factor': LATERAL,
         }
     ),
+    st.fixed_dictionaries(
+        {
+            'profile': st.just('gusts'),
+            'mean': st.floats(0.0, 9.0),
+            'rms': st.floats(0.0, 1.0),
+            'speed_m_s': st.floats(30.0, 600.0),
+            'scale_m': st.floats(10.0, 2000.0),
+            'seed': st.integers(0, 2**62),
+        }
+    ),
     CLIMB_DIVES,
 )
 

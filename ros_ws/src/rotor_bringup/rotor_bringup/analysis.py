@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rotor_bringup.display import RunState
+from rotor_bringup.display import RunState, shown_channel
 from rotor_bringup.errors import ScenarioError
 from rotor_bringup.pipeline import analyze
 from vibration_monitor.config import MonitorConfig
@@ -20,14 +20,13 @@ from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.reading import Recording
 
 HIGHLIGHTS = (
-    'speed_rad_s',
-    'load_factor',
-    *(f'disk_z/amplitude_order_{order}' for order in ('1', '2', '3')),
-    *(f'disk_z/ratio_{order}_1' for order in ('2', '2.5', '3', '4')),
-    'disk_z/rms',
-    'disk_z/crest_factor',
-    'disk_z/kurtosis',
+    *(f'amplitude_order_{order}' for order in ('1', '2', '3')),
+    *(f'ratio_{order}_1' for order in ('2', '2.5', '3', '4')),
+    'rms',
+    'crest_factor',
+    'kurtosis',
 )
+"""Of the shown channel."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,9 @@ class Analysis:
 
     def highlights(self) -> Iterator[tuple[str, float, float]]:
         """Yield name, median and largest value over the valid windows (SI units)."""
-        for name in HIGHLIGHTS:
+        names = self.records[0].names if self.records else ()
+        channel = shown_channel(names)
+        for name in ('speed_rad_s', 'load_factor', *(f'{channel}/{kind}' for kind in HIGHLIGHTS)):
             values = np.array([dict(zip(r.names, r.values, strict=True)).get(name, math.nan)
                                for r in self.records if r.valid])  # fmt: skip
             values = values[np.isfinite(values)]

@@ -20,7 +20,11 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from rotor_bringup.analysis_cli import add_commands
+from rotor_bringup.baseline_cli import add_command as add_baseline_command
+from rotor_bringup.dataset.cli import add_command as add_dataset_command
 from rotor_bringup.errors import ProcessError, ScenarioError
+from rotor_bringup.evaluation.cli import add_command as add_evaluate_command
+from rotor_bringup.importing.cli import add_command as add_import_command
 from rotor_bringup.paper.cli import add_command as add_paper_command
 from rotor_bringup.plain_json import without_nan
 from rotor_bringup.scenario import (
@@ -57,6 +61,7 @@ app = typer.Typer(
 scenario_app = typer.Typer(cls=_Group, help='Look at scenarios and check your own.')
 app.add_typer(scenario_app, name='scenario')
 add_paper_command(app)
+add_evaluate_command(app)
 
 ScenarioArgument = Annotated[
     str, typer.Argument(help='Name of a shipped scenario, a YAML file, or a recording to repeat.')
@@ -323,4 +328,7 @@ def _fail(sentence: str, code: ExitCode) -> None:
     raise typer.Exit(code)
 
 
+add_baseline_command(app, _print_json)
 add_commands(app, console, _print_json)
+add_import_command(app, console, _print_json)
+add_dataset_command(app, console, _print_json)

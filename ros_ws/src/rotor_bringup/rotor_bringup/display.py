@@ -3,6 +3,7 @@
 """What a person sees of a live run: a table on a terminal, one line a second elsewhere."""
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -20,6 +21,13 @@ COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magen
 SHOWN_CHANNEL = 'disk_z'
 REFRESH_S = 0.25
 LINE_S = 2.0
+
+
+def shown_channel(indicators: Iterable[str]) -> str:
+    """Return the channel that people are shown: SHOWN_CHANNEL, or the first where it is absent."""
+    end = '/amplitude_order_1'
+    channels = [name.removesuffix(end) for name in indicators if name.endswith(end)]
+    return SHOWN_CHANNEL if SHOWN_CHANNEL in channels or not channels else channels[0]
 
 
 @dataclass
@@ -61,8 +69,9 @@ class RunState:
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
         self.windows += 1
+        channel = shown_channel(values)
         for order in (1, 2, 3):
-            value = values.get(f'{SHOWN_CHANNEL}/amplitude_order_{order}', float('nan'))
+            value = values.get(f'{channel}/amplitude_order_{order}', float('nan'))
             self.amplitudes_m[order] = value
         if self.amplitudes_m[1] != self.amplitudes_m[1]:
             self.invalid_windows += 1

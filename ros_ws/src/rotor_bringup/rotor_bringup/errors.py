@@ -11,3 +11,11 @@ class ScenarioError(RigError, ValueError):
 
 class ProcessError(RigError):
     """A process of the rig that failed."""
+
+
+class DatasetError(RigError, ValueError):
+    """A suite or a folder of a data set that cannot be used."""
+
+
+class ImportFileError(RigError, ValueError):
+    """A file of another machine, or an option of its import, that does not serve."""

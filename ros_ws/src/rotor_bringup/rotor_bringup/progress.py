@@ -19,7 +19,12 @@ OnProgress = Callable[[int, int], None]
 
 @contextmanager
 def interruptible(
-    console: Console, what: str, cache: Path | None, *, quiet: bool
+    console: Console,
+    what: str,
+    cache: Path | None,
+    *,
+    quiet: bool,
+    what_is_done: str = 'points',
 ) -> Iterator[OnProgress]:
     """Show the progress of `what` with the remaining time; on Ctrl-C say what is done, exit 130.
 
@@ -30,7 +35,7 @@ def interruptible(
         TextColumn('{task.description}'),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn('points,'),
+        TextColumn(f'{what_is_done},'),
         TimeRemainingColumn(),
         TextColumn('left'),
         console=console,
@@ -54,7 +59,9 @@ def interruptible(
             if cache is None
             else f'they are kept in {cache}, and the same command goes on from there'
         )
-        so_far = f'{done} of {total} points are done; {kept}' if done else 'no point is done yet'
+        so_far = 'nothing is done yet'
+        if done:
+            so_far = f'{done} of {total} {what_is_done} are done; {kept}'
         console.print(f'stopped: {so_far}', soft_wrap=True, highlight=False, markup=False)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
     finally:

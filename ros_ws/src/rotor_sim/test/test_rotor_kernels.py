@@ -214,9 +214,8 @@ print(*(text.count(name) for name in ('vsqrtpd', 'vsqrtsd', 'vfmadd')))
 
 @pytest.mark.slow
 def test_lanes_are_vectorised_and_nothing_is_contracted(tmp_path: Path) -> None:
-    from llvmlite.binding import get_host_cpu_features
-
-    if not get_host_cpu_features().get('avx'):
+    processor = Path('/proc/cpuinfo')
+    if not (processor.exists() and ' avx ' in processor.read_text()):
         pytest.skip('this processor has no AVX')
     # code from the cache on disk has no assembly to look at
     run = subprocess.run(

@@ -79,8 +79,8 @@ def test_ratios_say_nothing_before_three_windows() -> None:
     disk = signal(angle, [(1, 1e-5, 0.0)])
     detector = RatioDetector()
     scores = [detector.push(b).score for b in blocks(table(angle, {'disk_z': disk}), 2048)]
-    # three windows end after (64 + 2 * 16) revolutions, 1.714 s, in block 9 of 0.2 s
-    assert [math.isnan(score) for score in scores] == [True] * 8 + [False] * 12
+    # three windows end after (64 + 2 * 32) revolutions, 2.285 s, in block 12 of 0.2 s
+    assert [math.isnan(score) for score in scores] == [True] * 11 + [False] * 9
 
 
 @pytest.mark.parametrize('frequency_hz', [10.0, 37.3, 60.0, 999.0])

@@ -128,7 +128,7 @@ def test_statistics_of_known_samples() -> None:
         ({'windows': 64}, 'windows is not a known key'),
         ({'channels': ['disk']}, "channels: 'disk' is no channel name"),
         ({'channels': ['disk_z', 'disk_z']}, "channels: 'disk_z' stands there more than once"),
-        ({'channels': ['disk_y']}, "'disk_z/ratio_2_1'; channels does not hold 'disk_z'"),
+        ({'channels': ['disk_y']}, "extras holds 'crack', but channels does not hold 'disk_z'"),
         ({'extras': ['orbits']}, r"extras\[0\] = 'orbits' is not allowed.*'orbit'"),
         ({'extras': ['orbit', 'orbit']}, "extras: 'orbit' stands there more than once"),
         ({'extras': ['passage']}, "extras holds 'passage', which needs critical_speed_rad_s"),
@@ -149,6 +149,7 @@ def test_statistics_of_known_samples() -> None:
         (
             {
                 'channels': ['disk_z'],
+                'extras': ['orbit'],
                 'alarm': {'rules': [{'indicator': 'disk/orbit_turns', 'warn': 2, 'error': 2}]},
             },
             "unknown indicator 'disk/orbit_turns'; channels does not hold 'disk_y'",
@@ -191,6 +192,14 @@ def test_statistics_of_known_samples() -> None:
         ),
         (
             {'orders': [1.0, 2.0]},
+            "extras holds 'crack', which needs order 3 in orders",
+        ),
+        (
+            {
+                'orders': [1.0, 2.0],
+                'extras': [],
+                'alarm': {'rules': [{'indicator': 'disk_z/ratio_3_1', 'warn': 1, 'error': 2}]},
+            },
             "unknown indicator 'disk_z/ratio_3_1'; did you mean 'ratio_2_1'",
         ),
     ],

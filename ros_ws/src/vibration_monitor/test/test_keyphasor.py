@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from monitor_signals import RATE_HZ, blocks, run, same, signal, steady_angle, table
 from vibration_monitor import Level, MonitorConfig, VibrationMonitor
+from vibration_monitor.config import AlarmConfig, AlarmRule
 from vibration_monitor.keyphasor import (
     CHUNK_SAMPLES,
     MAX_MISSED,
@@ -22,7 +23,8 @@ from vibration_monitor.keyphasor import (
     PulseCounts,
 )
 
-CONFIG = MonitorConfig(orders=(1.0, 2.0, 3.0), extras=())
+RULE = AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6)
+CONFIG = MonitorConfig(orders=(1.0, 2.0, 3.0), extras=(), alarm=AlarmConfig(rules=(RULE,)))
 SPEED = 500.0
 PERIOD = 2 * math.pi / SPEED * RATE_HZ
 

@@ -51,8 +51,15 @@ def noisy_rows(duration_s: float = 2.5, seed: int = 3) -> NDArray[np.void]:
     return table(angle, channels)
 
 
+RULES = AlarmConfig(
+    rules=(
+        AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6),
+        AlarmRule(indicator='disk_z/ratio_3_1', warn=0.5, error=2.0),
+    )
+)
+SETTINGS = MonitorConfig(extras=('spectrum', 'statistics', 'whirl', 'orbit'), alarm=RULES)
 ROWS = noisy_rows()
-REFERENCE = run(VibrationMonitor(), blocks(ROWS, 256))
+REFERENCE = run(VibrationMonitor(SETTINGS), blocks(ROWS, 256))
 
 
 def test_the_reference_is_worth_comparing_with() -> None:
@@ -62,29 +69,29 @@ def test_the_reference_is_worth_comparing_with() -> None:
 
 @pytest.mark.parametrize('size', [7, 64, 205, 256, 1000, 4096, len(ROWS)])
 def test_block_size_changes_no_bit(size: int) -> None:
-    assert same(run(VibrationMonitor(), blocks(ROWS, size)), REFERENCE)
+    assert same(run(VibrationMonitor(SETTINGS), blocks(ROWS, size)), REFERENCE)
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.integers(1, 3000), max_size=30))
 def test_no_split_changes_a_bit(sizes: list[int]) -> None:
-    assert same(run(VibrationMonitor(), blocks(ROWS, sizes)), REFERENCE)
+    assert same(run(VibrationMonitor(SETTINGS), blocks(ROWS, sizes)), REFERENCE)
 
 
 def test_blocks_of_one_sample_are_placed_in_time_by_their_stamps() -> None:
     # no time column ever tells the rate
     angle = steady_angle(0.35, 1190.0)
     rows = table(angle, {'disk_z': np.cos(angle)})
-    expected = run(VibrationMonitor(), blocks(rows, 256))
+    expected = run(VibrationMonitor(SETTINGS), blocks(rows, 256))
     assert len(expected) == 1
-    assert same(run(VibrationMonitor(), blocks(rows, 1)), expected)
+    assert same(run(VibrationMonitor(SETTINGS), blocks(rows, 1)), expected)
 
 
 @pytest.mark.parametrize('size', [1, 2, 3, 7, 256])
 @pytest.mark.parametrize('rate_hz', [1000, 10007, 12345, 44100, 65537, 131072, 200000])
 def test_any_whole_rate_is_found_whatever_the_blocks(rate_hz: int, size: int) -> None:
     angle = steady_angle(2048 / rate_hz, 0.01 * rate_hz, rate_hz)
-    clock = VibrationMonitor()._clock
+    clock = VibrationMonitor(SETTINGS)._clock
     for block in blocks(table(angle, {}), size, rate_hz):
         clock.take(block.first_sample, block.stamp_ns, block.rows['time'])
     assert clock.rate_hz() == rate_hz
@@ -96,13 +103,13 @@ def test_two_monitors_agree_and_a_recorded_block_is_not_changed() -> None:
     before = [block.rows.tobytes() for block in stream]
     for block in stream:
         block.rows.flags.writeable = False
-    assert same(run(VibrationMonitor(), stream), REFERENCE)
+    assert same(run(VibrationMonitor(SETTINGS), stream), REFERENCE)
     assert [block.rows.tobytes() for block in stream] == before
 
 
 @pytest.mark.parametrize('first', [1, 500, 3001, 8000])
 def test_joining_late_gives_the_same_windows_from_the_first_whole_one(first: int) -> None:
-    records = run(VibrationMonitor(), blocks(ROWS[first:], 256))
+    records = run(VibrationMonitor(SETTINGS), blocks(ROWS[first:], 256))
     assert records
     assert same(records, REFERENCE[-len(records) :], alarm=False)
     start = 2 * math.pi * 16 * records[0].window
@@ -117,7 +124,7 @@ def test_columns_may_stand_in_any_order(order: list[str]) -> None:
     rows = np.zeros(len(ROWS), dtype)
     for name in order:
         rows[name] = ROWS[name]
-    assert same(run(VibrationMonitor(), blocks(rows, 205)), REFERENCE)
+    assert same(run(VibrationMonitor(SETTINGS), blocks(rows, 205)), REFERENCE)
 
 
 def test_other_columns_neither_help_nor_disturb() -> None:
@@ -128,7 +135,7 @@ def test_other_columns_neither_help_nor_disturb() -> None:
         rows[name] = ROWS[name]
     rows['temperature'] = np.nan
     rows['case_y'] = np.cos(ROWS['angle'])
-    records = run(VibrationMonitor(), blocks(rows, 256))
+    records = run(VibrationMonitor(SETTINGS), blocks(rows, 256))
     assert len(records) == len(REFERENCE)
     for record, reference in zip(records, REFERENCE, strict=True):
         channels = {name.split('/')[0] for name in record.names if '/' in name}
@@ -165,6 +172,7 @@ def test_all_extras_together_do_not_depend_on_the_blocks() -> None:
     records = run(VibrationMonitor(config), blocks(ROWS, 256))
     for size in (100, 3000):
         assert same(run(VibrationMonitor(config), blocks(ROWS, size)), records)
+    assert 'crack_ratio_low' in records[0].names
     for record, reference in zip(records, REFERENCE, strict=True):
         assert len(record.names) == len(record.values)
         for name in reference.names:
@@ -175,7 +183,7 @@ def test_channels_are_fixed_by_the_first_block_of_a_run() -> None:
     stream = blocks(ROWS, 256)
     names = [name for name in ROWS.dtype.names or () if name != 'disk_y']
     changed = [WaveformBlock(block.stamp_ns, block.rows[names]) for block in stream[20:]]
-    records = run(VibrationMonitor(), [*stream[:20], *changed])
+    records = run(VibrationMonitor(SETTINGS), [*stream[:20], *changed])
     for record, reference in zip(records, REFERENCE, strict=True):
         assert record.names == reference.names
         assert math.isnan(record.value('disk_y/rms'))
@@ -188,7 +196,7 @@ def test_a_bad_value_spoils_its_own_channel_only(name: str, bad: float) -> None:
     rows = ROWS.copy()
     hole = REFERENCE[1].first_sample - 5
     rows[name][hole] = bad
-    records = run(VibrationMonitor(), blocks(rows, 256))
+    records = run(VibrationMonitor(SETTINGS), blocks(rows, 256))
     # the whirl of a plane needs both of its displacements
     own = {'disk_y': ('disk_y/', 'disk/'), 'load_y': ('load_factor',)}.get(name, (f'{name}/',))
     for record, reference in zip(records, REFERENCE, strict=True):
@@ -206,7 +214,7 @@ def test_a_bad_value_spoils_its_own_channel_only(name: str, bad: float) -> None:
 def test_a_dead_sensor_gives_no_numbers() -> None:
     rows = ROWS.copy()
     rows['disk_z'] = 1.5e-6
-    for record in run(VibrationMonitor(), blocks(rows, 256)):
+    for record in run(VibrationMonitor(SETTINGS), blocks(rows, 256)):
         dead = [v for v, n in zip(record.values, record.names, strict=True) if 'disk_z' in n]
         assert np.isnan(dead).all()
         assert record.value('disk_y/rms') > 0
@@ -221,7 +229,7 @@ def test_ratios_are_floored_and_the_floor_is_published() -> None:
     rows = table(
         angle, {'disk_z': signal(angle, components), 'brg1_ay': signal(angle, acceleration)}
     )
-    record = run(VibrationMonitor(), blocks(rows, 256))[0]
+    record = run(VibrationMonitor(SETTINGS), blocks(rows, 256))[0]
     assert record.value('disk_z/ratio_denominator') == 1e-7
     assert record.value('disk_z/ratio_3_1') == pytest.approx(0.5, rel=1e-4)
     assert record.value('brg1_ay/ratio_denominator') == record.value('brg1_ay/amplitude_order_1')
@@ -236,7 +244,7 @@ def test_names_are_stable_and_complete() -> None:
     names = REFERENCE[0].names
     assert names[:3] == ('speed_rad_s', 'load_factor', 'load_factor_range')
     assert [name.split('/')[0] for name in names[3:]] == [
-        *(channel for channel in CHANNEL_COLUMNS for _ in range(26)),
+        *(channel for channel in CHANNEL_COLUMNS for _ in range(27)),
         *(plane for plane in ('disk', 'brg1', 'brg2') for _ in range(2 * 8 + 3)),
     ]
     for kind in (
@@ -246,14 +254,14 @@ def test_names_are_stable_and_complete() -> None:
     ):
         assert f'disk_z/{kind}' in names
     assert all(record.names is names for record in REFERENCE)
-    assert len(names) == len(REFERENCE[0].values) == 263 + 3 * 19
+    assert len(names) == len(REFERENCE[0].values) == 273 + 3 * 19
     assert math.isnan(REFERENCE[0].value('no/such'))
 
 
 def test_orders_that_the_samples_do_not_resolve_are_nan() -> None:
     angle = steady_angle(1.0, 1200.0)
     rows = table(angle, {'disk_z': np.cos(angle)})
-    record = run(VibrationMonitor(), blocks(rows, 256))[0]
+    record = run(VibrationMonitor(SETTINGS), blocks(rows, 256))[0]
     assert record.spectrum is not None
     limit = RATE_HZ / (1200.0 / (2 * math.pi)) / MIN_SAMPLES_PER_CYCLE
     assert 8 < limit < 10
@@ -263,7 +271,7 @@ def test_orders_that_the_samples_do_not_resolve_are_nan() -> None:
     assert np.isnan(amplitudes[~resolved]).all()
     slow = steady_angle(2.0, 352.0, rate_hz=1000)
     rows = table(slow, {'disk_z': np.cos(slow)})
-    record = run(VibrationMonitor(), blocks(rows, 256, rate_hz=1000))[0]
+    record = run(VibrationMonitor(SETTINGS), blocks(rows, 256, rate_hz=1000))[0]
     # 17.8 samples a revolution: the spectrum up to order 2.97, vectors up to 8.9
     assert record.spectrum is not None
     assert np.flatnonzero(np.isfinite(record.spectrum.amplitudes['disk_z']))[-1] == 190
@@ -271,7 +279,7 @@ def test_orders_that_the_samples_do_not_resolve_are_nan() -> None:
     assert record.value('speed_rad_s') == pytest.approx(352.0, rel=1e-9)
     slow = steady_angle(2.0, 352.0, rate_hz=340)
     rows = table(slow, {'disk_z': np.cos(slow)})
-    record = run(VibrationMonitor(), blocks(rows, 256, rate_hz=340))[0]
+    record = run(VibrationMonitor(SETTINGS), blocks(rows, 256, rate_hz=340))[0]
     # 6.07 samples a revolution: vectors up to 3.03 less 4 bins
     assert math.isfinite(record.value('disk_z/amplitude_order_2.5'))
     for name in ('amplitude_order_3', 'phase_order_3', 'ratio_3_1', 'amplitude_ball_pass'):
@@ -291,7 +299,7 @@ def test_a_hop_as_long_as_the_window_and_a_longer_window() -> None:
 
 @pytest.mark.parametrize('size', [64, 1000])
 def test_a_window_is_judged_by_the_first_block_past_its_end(size: int) -> None:
-    monitor = VibrationMonitor()
+    monitor = VibrationMonitor(SETTINGS)
     for block in blocks(ROWS, size):
         for record in monitor.push(block):
             # the first sample past the end belongs to this block
@@ -299,7 +307,7 @@ def test_a_window_is_judged_by_the_first_block_past_its_end(size: int) -> None:
 
 
 def test_memory_holds_what_open_windows_need() -> None:
-    monitor = VibrationMonitor()
+    monitor = VibrationMonitor(SETTINGS)
     for block in blocks(ROWS, 64):
         monitor.push(block)
         # one window of 64 revolutions at 300 rad/s or faster, a hop less, and a block
@@ -318,7 +326,7 @@ def test_a_shaft_that_hardly_turns_is_invalid_and_bounds_the_memory(
     rows = table(angle, {'disk_z': np.cos(angle)})
     results = []
     for size in (256, 5000):
-        monitor = VibrationMonitor()
+        monitor = VibrationMonitor(SETTINGS)
         records = []
         for block in blocks(rows, size):
             records += monitor.push(block)

@@ -9,7 +9,7 @@ from typing import Literal, Self
 import pydantic
 
 from rotor_interfaces.config import ConfigModel, quantity
-from vibration_monitor.crack import CRACK_ORDERS, CrackConfig
+from vibration_monitor.crack import CRACK_ORDERS, PROBES, CrackConfig
 from vibration_monitor.names import (
     EXTRAS,
     channel_indicators,
@@ -51,10 +51,7 @@ class AlarmConfig(ConfigModel):
     """When windows become an alarm: limits, N of M windows, hysteresis."""
 
     rules: tuple[AlarmRule, ...] = pydantic.Field(
-        default=(
-            AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6),
-            AlarmRule(indicator='disk_z/ratio_3_1', warn=0.5, error=2.0),
-        ),
+        default=(AlarmRule(indicator='crack_ratio_low', warn=0.005, error=0.02),),
         description='limits, one rule an indicator; the worst rule gives the level',
     )
     required: int = quantity(
@@ -201,6 +198,9 @@ class MonitorConfig(ConfigModel):
         needed = [f'{order:g}' for order in CRACK_ORDERS if order not in self.orders]
         if 'crack' in self.extras and needed:
             raise ValueError(f"extras holds 'crack', which needs order {needed[0]} in orders")
+        lacking = [name for name in PROBES if self.channels and name not in self.channels]
+        if 'crack' in self.extras and lacking:
+            raise ValueError(f"extras holds 'crack', but channels does not hold {lacking[0]!r}")
         if 'passage' in self.extras and self.critical_speed_rad_s is None:
             raise ValueError("extras holds 'passage', which needs critical_speed_rad_s; give it")
         if 'envelope' in self.extras and not self.ball_pass_order < self.ball_count:
@@ -210,8 +210,9 @@ class MonitorConfig(ConfigModel):
             )
         for order in self.orders:
             self._check_separation(order)
-        for rule in self.alarm.rules:
-            self._check_indicator(rule.indicator)
+        if 'alarm' in self.model_fields_set or 'crack' in self.extras:
+            for rule in self.alarm.rules:
+                self._check_indicator(rule.indicator)
         return self
 
     def _check_separation(self, order: float) -> None:

@@ -9,15 +9,15 @@ whatever the bearings, their clearance and the unbalance do. At order n and over
 
     q_n = (1 + 4 i xi n w^2/W) b_n - (2 n^2 w^2/W) x_n,   b = 2 x - x_1 - x_2,   W = w_c0^2 = 2k/m
 
-A crack that breathes once a revolution adds K times its share of the static bend b_0 to the
-forward part of q_n: b_0 K/4 at 2x (for any crack half angle) and 0.113 b_0 K at 3x (30 degrees;
-0.107 to 0.125 from 10 to 90), from the Fourier series of f cos^2 and f sin cos. So q_n grows in
-proportion to the load, whereas a misalignment's force and a probe's runout stay as they are:
+A crack at the angle beta that breathes with the measured orbit adds K p_n(beta), where p is f of
+eq. (4) times the measured bend, turned as in eq. (3). In slow motion p_n = share_n b_0
+exp(i n beta) with the static bend b_0: forward 1/4 at 2x, whatever the half angle, and 0.113 at 3x.
+So a crack's q_n grows with the load, whereas a misalignment's force and a probe's runout stay:
 
-    q_n = runout and misalignment (constant) + runout (w^2) + K share_n exp(i n angle) b_0
+    q_n = constant (runout, misalignment) + runout (w^2) + K p_n(beta)
 
 is fitted by least squares over the last minute; the manoeuvre is the test signal. Both orders must
-show the crack. In level flight only the difference from reference flights is left.
+show the same crack. In level flight only the difference from reference flights is left.
 """
 
 import cmath
@@ -36,16 +36,23 @@ from vibration_monitor.errors import MonitorError
 PROBES = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
 """Displacements that the estimate needs, in the order of `CrackWindow`."""
 
+ORBIT_ORDERS = (1.0, 2.0, 3.0)
+"""Orders that the orbit is made of."""
+
 CRACK_ORDERS = (2.0, 3.0)
-_SHARES = np.array([0.25, 0.1134])
-"""Forward part of f cos^2 and f sin cos at these orders, of a half angle of 30 degrees."""
+
+_ANGLES = 2.0 * np.pi * np.arange(48) / 48
+_BETAS = 2.0 * np.pi * np.arange(36) / 36
+_WAVES = np.exp(-1j * np.outer(CRACK_ORDERS, _ANGLES))
+_ORBIT = np.exp(1j * np.outer(ORBIT_ORDERS, _ANGLES))
 
 _SPEED_SCALE_RAD_S = 400.0
-_WITH_SPEED = 3
-"""Regressors of a flight: constant, with the square of the speed, with the static bend."""
 
 _NOISE_M, _RELATIVE_ERROR = 1e-8, 0.02
 """Errors of q_n: the probes' noise in a window, and what scale errors and transients make of it."""
+
+_LEAST_ERROR_M = 1e-10
+"""Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
 
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
@@ -58,6 +65,9 @@ _LEVEL_ERROR_M = 2e-8
 
 _STIFFNESS_SPREAD = 0.03
 """Standard deviation of W about its design value, relative; the ball-pass line refines it."""
+
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
 
 
 class CrackBaseline(ConfigModel):
@@ -94,6 +104,9 @@ class CrackConfig(ConfigModel):
     damping_ratio: float = quantity(
         0.01, unit='1', ge=0.0, le=0.5, description='xi of the shaft damping 2 xi m w'
     )
+    crack_half_angle_rad: float = quantity(
+        math.pi / 6, unit='rad', ge=0.01, le=math.pi / 2, description='alpha of the breathing'
+    )
     memory_s: float = quantity(
         60.0, unit='s', ge=5.0, le=3600.0, description='time constant of the forgetting'
     )
@@ -109,7 +122,7 @@ class CrackConfig(ConfigModel):
 class CrackWindow:
     """What one window of revolutions says, for PROBES; SI, phases relative to shaft angle 0.
 
-    `mean` (6,) in m; `vectors` (6, 2) in m at CRACK_ORDERS, `ball_pass` (6,) in m at the ball-pass
+    `mean` (6,) in m; `vectors` (6, 3) in m at ORBIT_ORDERS, `ball_pass` (6,) in m at the ball-pass
     order; `step_s` is the time since the window before.
     """
 
@@ -129,7 +142,7 @@ class CrackWindow:
             return amplitude * complex(math.cos(phase), math.sin(phase))
 
         speed_rad_s = indicators.get('speed_rad_s', math.nan)
-        tracked = [f'order_{order:g}' for order in CRACK_ORDERS]
+        tracked = [f'order_{order:g}' for order in ORBIT_ORDERS]
         return cls(
             speed_rad_s=speed_rad_s,
             step_s=2.0 * math.pi * hop_revolutions / speed_rad_s,
@@ -138,10 +151,10 @@ class CrackWindow:
             ball_pass=np.array([vector(name, 'ball_pass') for name in PROBES]),
         )
 
-    def equivalent_loads(self, config: CrackConfig) -> NDArray[np.complex128]:
+    def equivalent_loads(self, config: CrackConfig) -> Complex:
         """Return the forward parts of q at CRACK_ORDERS, (2,) in m, for the design stiffness."""
         rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
-        return _loads(self, rigid, config.damping_ratio)[1]
+        return _loads(self, rigid, config.damping_ratio)[0]
 
 
 @dataclass(frozen=True)
@@ -179,7 +192,7 @@ def learn_baseline(
 
     The shaft's stiffness comes from the ball-pass line, which no fault of the shaft drives: there
     q = 0, so (W/2 + 2 i xi n w^2) b = n^2 w^2 x, in each direction (this takes up the errors of the
-    probes' scales as well). The constant terms come from the fit above.
+    probes' scales as well). The constant terms come from the fit above with K = 0.
 
     Raises:
         MonitorError: there is no window with all six probes.
@@ -191,11 +204,12 @@ def learn_baseline(
             'the reference flights hold no whole window with all of ' + ', '.join(PROBES)
         )
     rigid = _rigid_squares(known, config, ball_pass_order)
-    fit = _Regression(_WITH_SPEED)
+    fit = _Fit()
     for window in known:
-        regressors, loads, weights = _loads(window, rigid, config.damping_ratio)
-        fit.add(regressors, loads, weights=weights, keep=1.0)
-    constant = fit.solve()[0][:, :2].T.reshape(-1)
+        loads, weights = _loads(window, rigid, config.damping_ratio)
+        none = np.zeros((len(CRACK_ORDERS), len(_BETAS)), np.complex128)
+        fit.add(_drift(window), none, loads, weights=weights, keep=1.0)
+    constant = fit.constant_terms().T.reshape(-1)
     return CrackBaseline(
         rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
         constant_y_m=tuple(constant.real.tolist()),
@@ -204,71 +218,87 @@ def learn_baseline(
 
 
 class CrackEstimator:
-    """Estimates K window after window; forgets with the time constant `memory_s`."""
+    """Estimates K window after window; forgets with the time constant `memory_s`.
 
-    def __init__(self, config: CrackConfig) -> None:
+    A second memory of a quarter of that follows a crack that grows, or comes at once; of the two,
+    the estimate with the higher lower bound holds. `inflation` is how many times larger a variance
+    is because the windows overlap.
+    """
+
+    def __init__(self, config: CrackConfig, inflation: float = 1.0) -> None:
         self.config = config
+        self._inflation = inflation
         self._rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
-        self._constant: NDArray[np.complex128] | None = None
+        self._constant: Complex | None = None
         if config.baseline is not None:
             self._rigid = np.array(config.baseline.rigid_critical_speeds_rad_s) ** 2
             self._constant = config.baseline.terms()
-        self._varying = _Regression(_WITH_SPEED)
-        self._level = _Regression(1)
+        self._by_load = {config.memory_s: _Fit(), 0.25 * config.memory_s: _Fit()}
+        self._by_reference = _Fit(drifts=False)
         self._time_s = 0.0
 
     def update(self, window: CrackWindow) -> CrackFindings:
         """Take the next window; return what is known now."""
         if not _is_complete(window):
             return CrackFindings()
-        keep = math.exp(-window.step_s / self.config.memory_s)
-        regressors, loads, weights = _loads(window, self._rigid, self.config.damping_ratio)
-        self._varying.add(regressors, loads, weights=weights, keep=keep)
+        loads, weights = _loads(window, self._rigid, self.config.damping_ratio)
+        unit = _unit_crack(window, self.config.crack_half_angle_rad)
+        drift = _drift(window)
+        for memory_s, fit in self._by_load.items():
+            keep = math.exp(-window.step_s / memory_s)
+            fit.add(drift, unit, loads, weights=weights, keep=keep)
         if self._constant is not None:
-            rests = loads - regressors[:2] @ self._constant
-            self._level.add(regressors[2:], rests, weights=weights, keep=keep)
+            keep = math.exp(-window.step_s / self.config.memory_s)
+            rest = loads - drift @ self._constant
+            self._by_reference.add(drift, unit, rest, weights=weights, keep=keep)
         self._time_s += window.step_s
         if self._time_s < self.config.settle_s:
             return CrackFindings()
-        by_load = _judge(self._varying, 0.0)
+        both = [fit.judge(0.0, self._inflation) for fit in self._by_load.values()]
+        by_load = max(both, key=lambda estimate: estimate.lowest)
         if self._constant is None:
             return CrackFindings(by_load)
-        return CrackFindings(by_load, _judge(self._level, _LEVEL_ERROR_M))
+        return CrackFindings(by_load, self._by_reference.judge(_LEVEL_ERROR_M, self._inflation))
 
 
-def _loads(
-    window: CrackWindow, rigid: NDArray[np.float64], damping_ratio: float
-) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]:
-    """Return the regressors (3,), the forward equivalent loads q (2,) in m, and their weights.
+def _loads(window: CrackWindow, rigid: Real, damping_ratio: float) -> tuple[Complex, Real]:
+    """Return the forward equivalent loads q (2,) in m and their weights.
 
     q is the difference of two terms; where these are large (near a resonance) so are its errors.
     """
-    bend = _bend(window.vectors).T
+    vectors = window.vectors[:, 1:]
     square = window.speed_rad_s**2
     orders = np.array(CRACK_ORDERS)[:, np.newaxis]
     damping = 1.0 + 4.0j * damping_ratio * orders * square / rigid
-    inertia = 2.0 * orders**2 * square / rigid * window.vectors[:2].T
-    q = damping * bend - inertia
-    static = float(_bend(window.mean)[0])
-    regressors = np.array([1.0, square / _SPEED_SCALE_RAD_S**2, static])
+    inertia = 2.0 * orders**2 * square / rigid * vectors[:2].T
+    q = damping * _bend(vectors).T - inertia
     errors = _RELATIVE_ERROR / _NOISE_M * np.abs(inertia).max(axis=1)
-    return regressors, 0.5 * (q[:, 0] + 1j * q[:, 1]), 1.0 / (1.0 + errors**2)
+    return 0.5 * (q[:, 0] + 1j * q[:, 1]), 1.0 / (1.0 + errors**2)
 
 
-def _judge(fit: '_Regression', error_m: float) -> CrackEstimate:
-    """Return the crack that the last regressor's coefficients speak of."""
-    coefficients, errors = fit.solve()
-    slopes = coefficients[:, -1]
-    ratios = np.abs(slopes) / _SHARES
-    doubt = _CERTAINTY * errors[:, -1] + error_m / fit.root_mean_square(-1)
-    lowest = ratios - doubt / _SHARES
-    angle = _angle(complex(slopes[0]), complex(slopes[1]))
-    return CrackEstimate(float(ratios.min()), float(lowest.min()), angle)
+def _drift(window: CrackWindow) -> Real:
+    """Return what runout and misalignment go with: a constant, and the square of the speed."""
+    return np.array([1.0, (window.speed_rad_s / _SPEED_SCALE_RAD_S) ** 2])
 
 
-def _rigid_squares(
-    windows: list[CrackWindow], config: CrackConfig, order: float
-) -> NDArray[np.float64]:
+def _unit_crack(window: CrackWindow, half_angle: float) -> Complex:
+    """Return the forward load of a crack of K = 1 at each of _BETAS, (2, betas) in m.
+
+    f cos^2 and f sin cos of eq. (3) and (4) over one turn of the measured orbit.
+    """
+    motion = window.mean[:, np.newaxis] + (window.vectors @ _ORBIT).real
+    y, z = motion[:2]
+    bend_y, bend_z = _bend(motion)
+    psi = _ANGLES + _BETAS[:, np.newaxis]
+    opening = np.arcsin(np.clip(np.cos(psi - np.arctan2(z, y)), -1.0, 1.0))
+    swing = np.clip(opening / half_angle, -1.0, 1.0)
+    f = 0.5 * (1.0 + np.sin(0.5 * np.pi * swing))
+    along = f * (np.cos(psi) * bend_y + np.sin(psi) * bend_z)
+    forward = along * (np.cos(psi) + 1j * np.sin(psi))  # y + i z of the load
+    return np.asarray((_WAVES @ forward.T) / len(_ANGLES))
+
+
+def _rigid_squares(windows: list[CrackWindow], config: CrackConfig, order: float) -> Real:
     """Return W of both directions, (rad/s)^2; the design value is the prior."""
     square = np.array([window.speed_rad_s**2 for window in windows])[:, np.newaxis]
     b = np.array([_bend(window.ball_pass) for window in windows])
@@ -282,60 +312,84 @@ def _rigid_squares(
     return np.asarray(2.0 * (half * power + 0.5 * design * prior) / (power + prior))
 
 
-class _Regression:
-    """Weighted least squares of one complex response an order on real regressors; forgets."""
+class _Fit:
+    """Weighted least squares of q on drift terms and the crack at each of _BETAS; it forgets.
 
-    def __init__(self, count: int) -> None:
-        orders = len(CRACK_ORDERS)
+    All sums are by order; `drifts` False leaves out the drift terms.
+    """
+
+    def __init__(self, *, drifts: bool = True) -> None:
+        orders, terms, betas = len(CRACK_ORDERS), 2, len(_BETAS)
+        self._drifts = drifts
         self._windows = 0.0
-        self._weight = np.zeros(orders)
-        self._normal = np.zeros((orders, count, count))
-        self._right = np.zeros((orders, count), np.complex128)
-        self._power = np.zeros(orders)
+        self._sums: list[NDArray[Any]] = [
+            np.zeros(orders),  # weight
+            np.zeros((orders, terms, terms)),  # drift with drift
+            np.zeros((orders, terms), np.complex128),  # drift with q
+            np.zeros(orders),  # q with q
+            np.zeros((orders, terms, betas), np.complex128),  # drift with crack
+            np.zeros((orders, betas), np.complex128),  # crack with q
+            np.zeros((orders, betas)),  # crack with crack
+        ]
 
     def add(
-        self,
-        regressors: NDArray[np.float64],
-        responses: NDArray[np.complex128],
-        *,
-        weights: NDArray[np.float64],
-        keep: float,
+        self, drift: Real, unit: Complex, loads: Complex, *, weights: Real, keep: float
     ) -> None:
-        """Take the responses (orders,) after multiplying the weight of all before by `keep`."""
+        """Take a window after multiplying the weight of all before by `keep`."""
         self._windows = keep * self._windows + 1.0
-        self._weight = keep * self._weight + weights
-        square = np.outer(regressors, regressors)
-        self._normal = keep * self._normal + weights[:, None, None] * square
-        self._right = keep * self._right + np.outer(weights * responses, regressors)
-        self._power = keep * self._power + weights * np.abs(responses) ** 2
+        new = [
+            weights,
+            weights[:, None, None] * np.outer(drift, drift),
+            (weights * loads)[:, None] * drift,
+            weights * np.abs(loads) ** 2,
+            weights[:, None, None] * drift[:, None] * unit[:, None, :],
+            (weights * loads)[:, None] * np.conj(unit),
+            weights[:, None] * np.abs(unit) ** 2,
+        ]
+        self._sums = [keep * old + now for old, now in zip(self._sums, new, strict=True)]
 
-    def root_mean_square(self, index: int) -> NDArray[np.float64]:
-        """Return the weighted RMS of a regressor, (orders,)."""
-        return np.asarray(np.sqrt(self._normal[:, index, index] / self._weight))
+    def constant_terms(self) -> Complex:
+        """Return the drift's coefficients without a crack, (orders, terms)."""
+        _, _, with_load, *_ = self._sums
+        return np.asarray((self._drift_inverse() @ with_load[:, :, None])[:, :, 0])
 
-    def solve(self) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-        """Return the coefficients and their standard errors, (orders, count) each.
+    def _drift_inverse(self) -> Real:
+        """Return the inverse of the drift's normal matrix, (orders, terms, terms).
 
-        The coefficient of the square of the speed, the second of three, has a prior about 0 of
-        _RUNOUT_SPREAD_M, which keeps the fit determined at constant speed.
+        The term with the square of the speed has a prior about 0, the spread of a runout, which
+        keeps the fit determined at constant speed.
         """
-        count = self._right.shape[1]
-        unit = np.eye(count)
-        scale = np.sqrt(np.maximum(np.diagonal(self._normal, axis1=1, axis2=2), 1e-300))
-        normal = self._normal / (scale[:, :, None] * scale[:, None, :])
-        right = self._right / scale
-        free = (np.linalg.inv(normal + 1e-9 * unit) * right[:, None, :]).sum(axis=2)
-        explained = (np.conj(free) * right).real.sum(axis=1)
-        # what rounding leaves of two equal sums is no noise
-        rest = np.maximum(self._power - explained, 1e-14 * self._power)
-        noise = rest / max(self._windows - count, 1.0)
-        prior = np.full((len(noise), count), 1e-12)
-        if count == _WITH_SPEED:
-            prior[:, 1] += noise / (_RUNOUT_SPREAD_M * scale[:, 1]) ** 2
-        inverse = np.linalg.inv(normal + prior[:, :, None] * unit)
-        coefficients = (inverse * right[:, None, :]).sum(axis=2) / scale
-        variance = np.maximum(np.diagonal(inverse, axis1=1, axis2=2), 0.0)
-        return coefficients, np.sqrt(noise[:, None] * variance) / scale
+        weight, square, *_ = self._sums
+        prior = np.zeros_like(square)
+        prior[:, 1, 1] = (_NOISE_M / _RUNOUT_SPREAD_M) ** 2 + 1e-12 * weight
+        return np.asarray(np.linalg.inv(square + prior))
+
+    def judge(self, error_m: float, inflation: float) -> CrackEstimate:
+        """Return the crack, at the angle where both orders speak for it most."""
+        weight, _, with_load, power, with_crack, right, left = self._sums
+        if self._drifts:
+            inverse = self._drift_inverse()
+            explained = inverse @ with_load[:, :, None]
+            power = power - (np.conj(with_load)[:, None, :] @ explained)[:, 0, 0].real
+            turned = inverse @ with_crack
+            left = left - (np.conj(with_crack) * turned).sum(axis=1).real
+            right = right - (np.conj(with_crack) * explained).sum(axis=1)
+        # what rounding leaves of two equal sums must not divide
+        left = np.maximum(left, 1e-12 * self._sums[-1] + 1e-300)
+        ratio = right / left
+        rest = power[:, None] - np.abs(ratio) ** 2 * left
+        rest = np.maximum(rest, _LEAST_ERROR_M**2 * weight[:, None])
+        degrees = max(self._windows - 3.0 * inflation, 1.0)
+        size = np.sqrt(self._sums[-1] / weight[:, None])
+        doubt = _CERTAINTY * np.sqrt(inflation * rest / degrees / left) + error_m / size
+        lowest = (ratio.real - doubt).min(axis=0)
+        best = int(np.argmax(lowest))
+        angle = float(_BETAS[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
+        return CrackEstimate(
+            ratio=float(ratio[:, best].real.min()),
+            lowest=float(lowest[best]),
+            angle_rad=math.remainder(angle, 2.0 * math.pi),
+        )
 
 
 def _bend(values: NDArray[Any]) -> NDArray[Any]:
@@ -345,13 +399,3 @@ def _bend(values: NDArray[Any]) -> NDArray[Any]:
 
 def _is_complete(window: CrackWindow) -> bool:
     return bool(np.isfinite(window.mean).all() and np.isfinite(window.vectors).all())
-
-
-def _angle(second: complex, third: complex) -> float:
-    """Return beta in (-pi, pi] from exp(2 i beta) and exp(3 i beta); NaN where one is missing."""
-    if not (second and third):
-        return math.nan
-    half = 0.5 * cmath.phase(second)
-    # 2x leaves two angles half a turn apart; 3x tells them apart
-    fits = cmath.rect(1.0, 3.0 * half - cmath.phase(third)).real
-    return half if fits > 0.0 else half - math.copysign(math.pi, half)

@@ -117,7 +117,7 @@ class Analyser:
         inflation = overlap_inflation(config.window_revolutions, config.hop_revolutions)
         self._trend = LoadTrend(config.trend_windows, inflation)
         self._last_start = -math.inf
-        self._crack = CrackEstimator(config.crack)
+        self._crack = CrackEstimator(config.crack, inflation)
 
     def analyse(self, window: Window) -> tuple[Array, OrderSpectrum | None]:
         """Return the values of `names` and, if wanted, the order spectrum of a window.

@@ -15,6 +15,7 @@ from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack import (
     PROBES,
     UNKNOWN,
+    CrackBaseline,
     CrackConfig,
     CrackEstimate,
     CrackEstimator,
@@ -23,6 +24,7 @@ from vibration_monitor.crack import (
 )
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.monitor import VibrationMonitor
+from vibration_monitor.trend import overlap_inflation
 
 PERSISTENCE_WINDOWS = 5
 """The score is the least of so many estimates in a row; windows without one do not count."""
@@ -31,6 +33,7 @@ _LEVEL_SHARE = 0.8
 """The difference from the reference alone never takes the score beyond this part of the alarm."""
 
 _MONITOR = MonitorConfig(channels=PROBES, orders=(1.0, 2.0, 3.0), extras=(), hop_revolutions=32)
+_INFLATION = overlap_inflation(_MONITOR.window_revolutions, _MONITOR.hop_revolutions)
 
 
 class BaselineDetector:
@@ -40,15 +43,13 @@ class BaselineDetector:
 
     def __init__(self) -> None:
         self._monitor = VibrationMonitor(_MONITOR)
-        self._estimator = CrackEstimator(CrackConfig())
+        self._estimator = CrackEstimator(CrackConfig(), _INFLATION)
         self._by_load = _Persistence()
         self._by_reference = _Persistence()
 
     def fit(self, flights: Iterable[Iterable[WaveformBlock]]) -> None:
         """Learn the shaft's stiffness, runout and misalignment of this machine."""
-        windows = [window for flight in flights for window in _windows(flight)]
-        baseline = learn_baseline(windows, CrackConfig(), _MONITOR.ball_pass_order)
-        self._estimator = CrackEstimator(CrackConfig(baseline=baseline))
+        self._estimator = CrackEstimator(CrackConfig(baseline=baseline_of(flights)), _INFLATION)
 
     def push(self, block: WaveformBlock) -> Verdict:
         """Take the next block of the flight under test; return what is known now."""
@@ -93,6 +94,17 @@ def _words(estimate: CrackEstimate) -> str:
         f'{math.degrees(estimate.angle_rad):.0f} degrees from the mark of angle 0 (equivalent '
         'loads of the disk at 2x and 3x)'
     )
+
+
+def baseline_of(flights: Iterable[Iterable[WaveformBlock]]) -> CrackBaseline:
+    """Return what healthy flights of one machine teach, each a stream of blocks.
+
+    Raises:
+        MonitorError: no window of them has all of `crack.PROBES`.
+
+    """
+    windows = [window for flight in flights for window in _windows(flight)]
+    return learn_baseline(windows, CrackConfig(), _MONITOR.ball_pass_order)
 
 
 def _windows(flight: Iterable[WaveformBlock]) -> Iterator[CrackWindow]:

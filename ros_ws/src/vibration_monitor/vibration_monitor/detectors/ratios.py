@@ -6,23 +6,31 @@ import math
 from collections.abc import Iterable
 
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import MonitorConfig
+from vibration_monitor.config import AlarmConfig, AlarmRule, MonitorConfig
 from vibration_monitor.detectors.persistence import Persistence
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
+RULES = AlarmConfig(
+    rules=(
+        AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6),
+        AlarmRule(indicator='disk_z/ratio_3_1', warn=0.5, error=2.0),
+    )
+)
+"""Limits above what a healthy rotor of this kind shows in steady flight (docs/monitor.md)."""
+
 
 class RatioDetector:
-    """A2/A1 and A3/A1 of the disk against the WARN limits of the monitor's default alarm.
+    """A2/A1 and A3/A1 of the disk against fixed limits.
 
-    Score = ratio over its limit, the higher of the two, reached by 3 of the last 5 windows: 1 is
-    where the monitor warns. Nothing is learnt from the reference flights.
+    Score = ratio over its limit WARN, the higher of the two, reached by 3 of the last 5 windows.
+    Nothing is learnt from the reference flights.
     """
 
     alarm_score = 1.0
 
     def __init__(self) -> None:
-        config = MonitorConfig(channels=('disk_z',), extras=())
+        config = MonitorConfig(channels=('disk_z',), extras=(), hop_revolutions=32, alarm=RULES)
         self._monitor = VibrationMonitor(config)
         self._rules = config.alarm.rules
         self._levels = {

@@ -1,0 +1,32 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command `rotor-rig baseline`: what healthy recordings teach the crack estimate."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import yaml
+
+
+def add_command(app: typer.Typer, print_json: Callable[[dict[str, Any]], None]) -> None:
+    """Register the command; programs read what `print_json` prints."""
+
+    @app.command()
+    def baseline(
+        files: Annotated[
+            list[Path], typer.Argument(help='Healthy recordings of one machine, loads differing.')
+        ],
+        as_json: Annotated[bool, typer.Option('--json', help='Print the result as JSON.')] = False,
+    ) -> None:
+        """Learn a machine's baseline for the crack estimate, as a part of a scenario."""
+        from vibration_monitor.detectors.baseline import baseline_of  # noqa: PLC0415 - slow
+        from vibration_monitor.reading import Recording, waveform_blocks  # noqa: PLC0415
+
+        learnt = baseline_of(waveform_blocks(Recording(file)) for file in files)
+        part = {'monitor': {'crack': {'baseline': learnt.model_dump(mode='json')}}}
+        if as_json:
+            print_json(part)
+        else:
+            typer.echo(yaml.safe_dump(part, sort_keys=False), nl=False)

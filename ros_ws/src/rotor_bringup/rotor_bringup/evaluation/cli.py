@@ -1,0 +1,179 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command `rotor-rig evaluate`."""
+
+import json
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from rotor_bringup.plain_json import without_nan
+from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.exit_code import ExitCode
+
+if TYPE_CHECKING:
+    from rotor_bringup.evaluation.runner import Evaluated
+    from rotor_bringup.evaluation.suites import Chosen
+    from rotor_bringup.evaluation.topic import Node
+
+TOPIC = 'topic:'
+
+console = Console(stderr=True)
+
+
+def add_command(app: typer.Typer) -> None:
+    """Register `evaluate` with the command line."""
+    app.command()(evaluate)
+
+
+def evaluate(
+    detectors: Annotated[
+        list[str],
+        typer.Argument(
+            help='Names of installed detectors, module:Class, or topic:NAME of a ROS 2 node.',
+            metavar='DETECTOR...',
+        ),
+    ],
+    *,
+    suite: Annotated[
+        str, typer.Option(help='Name or YAML file of a suite, or the folder of a stored one.')
+    ],
+    out: Annotated[Path, typer.Option(help='Folder for evaluation.json and the pictures.')] = Path(
+        'evaluation'
+    ),
+    split: Annotated[Literal['test', 'train'], typer.Option(help='Split of the suite.')] = 'test',
+    seed: Annotated[int, typer.Option(help='Seed of the suite, unless it is stored.')] = 0,
+    limit: Annotated[
+        int | None, typer.Option(help='Only so many machines, spread over the suite.')
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(help='Processes that fly; default: all cores.')
+    ] = None,
+    node_command: Annotated[
+        str, typer.Option(help='Starts the node of topic:NAME, anew for every flight.')
+    ] = '',
+    rate: Annotated[
+        float, typer.Option(help='Multiple of real time of the replay to a node.')
+    ] = 20.0,
+    as_json: Annotated[bool, typer.Option('--json', help='Print the statistics as JSON.')] = False,
+) -> None:
+    """Test detectors blind on the flights of a suite."""
+    _check(detectors, jobs=jobs, limit=limit)
+    _make_folder(out)
+
+    from rotor_bringup.evaluation import isolation, pictures, report, suites  # noqa: PLC0415 - slow
+    from rotor_bringup.evaluation.topic import Node  # noqa: PLC0415
+
+    chosen = suites.load(suite, seed=seed, split=split, limit=limit)
+    nodes = [
+        Node(name.removeprefix(TOPIC), node_command, rate)
+        for name in detectors
+        if name.startswith(TOPIC)
+    ]
+    modules = [name for name in detectors if not name.startswith(TOPIC)]
+    for name in modules:
+        isolation.check_detector_name(name)
+    began = time.perf_counter()
+    done = _evaluated(chosen, modules, nodes, jobs or os.cpu_count() or 1, quiet=as_json)
+    content = report.report(
+        done,
+        suite=chosen.name,
+        seed=chosen.seed,
+        split=split,
+        stored=chosen.folder is not None,
+        wall_s=time.perf_counter() - began,
+    )
+    report.save(content, out)
+    pictures.save_pictures(content, out)
+    if as_json:
+        head = {key: value for key, value in content.items() if key != 'flights'}
+        typer.echo(json.dumps(without_nan(head), indent=2))
+    else:
+        _say(content, out / report.FILE)
+
+
+def _check(detectors: list[str], *, jobs: int | None, limit: int | None) -> None:
+    for name, value in (('jobs', jobs), ('limit', limit)):
+        if value is not None and value < 1:
+            raise ConfigError(f'--{name} {value} is out of range; allowed: 1 or more')
+    repeated = sorted({name for name in detectors if detectors.count(name) > 1})
+    if repeated:
+        raise ConfigError(f'detector {repeated[0]!r} is given twice')
+
+
+def _evaluated(
+    chosen: 'Chosen', modules: list[str], nodes: list['Node'], jobs: int, *, quiet: bool
+) -> 'Evaluated':
+    """Fly all machines past the detectors in modules, then past each node."""
+    from rotor_bringup.evaluation import runner, topic  # noqa: PLC0415 - slow
+
+    seconds = sum(flight.duration_s for machine in chosen.machines for flight in machine.flights)
+    passes = len(nodes) + bool(modules)
+    with _progress(seconds * passes, quiet=quiet) as bar:
+
+        def on_flights(_flights: int, seconds: float) -> None:
+            bar.advance(bar.task_ids[0], seconds / 3600)
+
+        try:
+            parts = [topic.follow(chosen.machines, n, chosen.source, on_flights) for n in nodes]
+            if modules:
+                flown = runner.evaluate(
+                    chosen.machines,
+                    modules,
+                    chosen.source,
+                    jobs=jobs,
+                    secret=chosen.folder,
+                    on_flights=on_flights,
+                )
+                parts.insert(0, flown)
+        except KeyboardInterrupt:
+            bar.stop()
+            console.print('stopped: an evaluation that is not complete leaves nothing')
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
+    return runner.joined(parts)
+
+
+def _say(content: dict[str, Any], file: Path) -> None:
+    from rotor_bringup.evaluation import report  # noqa: PLC0415 - slow
+
+    for table in report.tables(content):
+        Console().print(table)
+    for name, numbers in content['detectors'].items():
+        for failure, count in numbers['failures'].items():
+            _warn(f'{name} failed on {count} of {numbers["flights"]} flights: {failure}')
+    if 'Landlock' not in content['isolation']:
+        _warn(f'isolation: {content["isolation"]}')
+    console.print(f'report: {file}', soft_wrap=True, highlight=False)
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f'--out {out} cannot be made: {error.strerror}') from None
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise ConfigError(f'--out {out} cannot be written to; choose another folder')
+
+
+def _progress(seconds: float, *, quiet: bool) -> Progress:
+    bar = Progress(
+        TextColumn('{task.completed:.1f} of {task.total:.1f} flight hours'),
+        BarColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        disable=quiet or not console.is_terminal,
+        transient=True,
+    )
+    bar.add_task('evaluate', total=seconds / 3600)
+    return bar
+
+
+def _warn(sentence: str) -> None:
+    console.print(
+        f'warning: {sentence}', style='yellow', soft_wrap=True, highlight=False, markup=False
+    )

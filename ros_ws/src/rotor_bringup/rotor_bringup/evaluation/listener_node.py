@@ -1,0 +1,108 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Node `replay` of an evaluation: replays an anonymous flight and notes what is said about it.
+
+`python -m rotor_bringup.evaluation.listener_node FILE TOPIC RATE OUT`; OUT becomes a JSON list of
+(time in s, score, reason). Scores are the levels of a DiagnosticArray (0, 1, 2; 3, stale, is no
+score) or the value of a Float64.
+"""
+
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.topics import Topic
+from vibration_monitor.detection import Level
+from vibration_monitor.errors import RecordingError
+from vibration_monitor.reading import Recording
+from vibration_monitor.replay import ReplayOptions
+from vibration_monitor.replay_node import ReplayNode
+
+LOOK_S = 0.05
+QUIET_S = 1.0
+"""A node may still speak for so long after the last block, and after what it said last."""
+PATIENCE_S = 15.0
+"""How long a node may take until it publishes the topic and listens to the waveform."""
+
+
+class ListenerNode(ReplayNode):
+    """Replays, once somebody who publishes the topic listens, and notes what is published."""
+
+    def __init__(self, file: Path, topic: str, rate: float) -> None:
+        options = ReplayOptions(
+            rate=rate, loop=False, start_s=0.0, topics=(), wait_for_subscribers_s=PATIENCE_S
+        )
+        super().__init__(Recording(file), options)
+        self.said: list[tuple[float, float, str]] = []
+        self._topic = topic if topic.startswith('/') else f'/{topic}'
+        self._input: Any = None
+        self._made_s = time.monotonic()
+        self._heard_s = -math.inf
+        self._quiet_since_s = math.inf
+        self._looking = ros.timer(self, LOOK_S, self._look)
+
+    def _look(self) -> None:
+        """Subscribe to the topic as soon as it is there, with the type that it has."""
+        if self._input is None:
+            types = dict(self.get_topic_names_and_types()).get(self._topic)
+            if types:
+                self._input = ros.subscription(self, Topic(self._topic, types[0], 256), self._hear)
+        waited_s = time.monotonic() - self._made_s
+        if waited_s > PATIENCE_S and (self._input is None or not self.published):
+            raise RecordingError(
+                f'no node published {self._topic} and listened to {topics.WAVEFORM.name} within '
+                f'{PATIENCE_S:g} s'
+            )
+
+    def _start_if_heard(self) -> None:
+        if self._input is not None and self._input.get_publisher_count():
+            super()._start_if_heard()
+
+    def _hear(self, message: Any) -> None:
+        self._heard_s = time.monotonic()
+        if hasattr(message, 'status'):
+            level = max((_level(status) for status in message.status), default=math.nan)
+            text = '; '.join(status.message for status in message.status)
+            self.said.append((messages.stamp_ns(message) / NANOSECONDS, level, text))
+        elif hasattr(message, 'data'):
+            self.said.append((self._clock_ns / NANOSECONDS, float(message.data), ''))
+
+    def is_done(self) -> bool:
+        """Say whether the flight is over and the node has fallen silent."""
+        if not super().is_done():
+            return False
+        now_s = time.monotonic()
+        self._quiet_since_s = max(self._heard_s, min(self._quiet_since_s, now_s))
+        return now_s - self._quiet_since_s > QUIET_S
+
+
+def _level(status: Any) -> float:
+    level = status.level
+    number = level[0] if isinstance(level, bytes) else int(level)
+    return math.nan if number == Level.STALE else float(number)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Replay one flight; return the exit code."""
+    file, topic, rate, out = sys.argv[1:] if arguments is None else arguments
+    nodes: list[ListenerNode] = []
+
+    def create() -> list[ListenerNode]:
+        nodes.append(ListenerNode(Path(file), topic, float(rate)))
+        return nodes
+
+    code = ros.run(create, [], has_end=True)
+    if code == ExitCode.DONE:
+        Path(out).write_text(json.dumps(nodes[0].said), 'utf-8')
+    return code
+
+
+if __name__ == '__main__':
+    sys.exit(main())

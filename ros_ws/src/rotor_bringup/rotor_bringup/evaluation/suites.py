@@ -1,0 +1,96 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The machines that an evaluation flies: of a suite by name, or of a stored one."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotor_bringup.dataset.config import SuiteConfig, load_suite
+from rotor_bringup.dataset.folder import SUITE, read_manifest
+from rotor_bringup.dataset.run import choose
+from rotor_bringup.dataset.suite import Flight, Machine, plan_suite
+from rotor_bringup.dataset.write import file_of
+from rotor_bringup.errors import DatasetError
+from rotor_bringup.evaluation.runner import Simulated, Source
+from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.reading import Recording, waveform_blocks
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Machines and where their blocks come from; `folder` is that of a stored suite."""
+
+    name: str
+    seed: int
+    machines: tuple[Machine, ...]
+    source: Source
+    folder: Path | None
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Flights are read from the recordings of a data set."""
+
+    folder: Path
+
+    def fly(self, flights: Sequence[Flight]) -> Iterator[tuple[WaveformBlock, ...]]:
+        """Yield what was recorded of each flight, block after block.
+
+        Raises:
+            RecordingError: a recording that cannot be read.
+            DatasetError: one that is damaged.
+
+        """
+        recordings = [Recording(self.folder / file_of(flight)) for flight in flights]
+        yield from zip(*(waveform_blocks(recording) for recording in recordings), strict=False)
+        for recording in recordings:
+            if recording.damage:
+                raise DatasetError(f'{recording.path} is damaged: {recording.damage[0]}')
+
+
+def load(suite: str, *, seed: int, split: str, limit: int | None) -> Chosen:
+    """Return the machines of a split of a suite, all or `limit` spread over it.
+
+    `suite` is a name, a YAML file, or the folder of a data set, which knows its seed; of that
+    the machines whose every flight is there.
+
+    Raises:
+        RigError: a suite that cannot be read, or has no such machine.
+
+    """
+    folder = Path(suite)
+    source: Source
+    if folder.is_dir():
+        config, seed = _description(folder)
+        machines: Sequence[Machine] = _complete(folder, plan_suite(config, seed))
+        source = Stored(folder.absolute())
+    else:
+        config = load_suite(suite)
+        machines = plan_suite(config, seed)
+        source = Simulated()
+    chosen = choose(machines, split=split)
+    if limit is not None and limit < len(chosen):
+        chosen = choose(chosen, count=limit)
+    return Chosen(config.name, seed, tuple(chosen), source, folder if folder.is_dir() else None)
+
+
+def _description(folder: Path) -> tuple[SuiteConfig, int]:
+    """Return the suite and the seed that a data set was drawn from."""
+    try:
+        what = json.loads((folder / SUITE).read_text('utf-8'))
+        return SuiteConfig.from_mapping(what['suite'], str(folder / SUITE)), int(what['seed'])
+    except (OSError, LookupError, TypeError, json.JSONDecodeError):
+        raise DatasetError(
+            f'{folder} holds no data set that can be read; make one by `rotor-rig dataset`'
+        ) from None
+
+
+def _complete(folder: Path, machines: Sequence[Machine]) -> list[Machine]:
+    """Return the machines whose every flight is there."""
+    there = {row['file'] for row in read_manifest(folder)}
+    found = [m for m in machines if all(file_of(flight) in there for flight in m.flights)]
+    if not found:
+        raise DatasetError(f'{folder} holds no machine with all its flights; finish the data set')
+    return found

@@ -1,0 +1,180 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Any ROS 2 node as a detector: flights are replayed over DDS, its alarm is listened to.
+
+The node sees the topic rotor/waveform with anonymous blocks, and /clock; nothing else is
+published. It is a process of the user's, whose access to files is not restricted.
+"""
+
+import contextlib
+import json
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotor_bringup.dataset.suite import Flight, Machine
+from rotor_bringup.errors import ProcessError
+from rotor_bringup.evaluation.anonymous import Anonymiser
+from rotor_bringup.evaluation.outcome import FlightResult, Outcome, Watch
+from rotor_bringup.evaluation.runner import Evaluated, OnFlights, Source, crack_course
+from rotor_interfaces import messages, topics
+from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.messages import OFFLINE
+from rotor_interfaces.waveform import encode
+from vibration_monitor.recording import RecordingWriter
+
+ALARM_SCORE = 1.0
+"""Level WARN of a DiagnosticArray; a Float64 is to follow it."""
+
+ISOLATION = 'topic: the node hears anonymous blocks alone, but is a process of its user'
+STOP_S = 10.0
+MOST_PER_S = 1000.0
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node under test: the topic of its alarm, how to start it, how fast to replay.
+
+    Without a `command` it must be running; with one it is started anew for every flight.
+    """
+
+    topic: str
+    command: str = ''
+    rate: float = 20.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.rate <= MOST_PER_S:
+            raise ConfigError(f'--rate {self.rate:g} is out of range; allowed: above 0 to 1000')
+        try:
+            program = shlex.split(self.command)[:1]
+        except ValueError as error:
+            raise ConfigError(f'--node-command {self.command!r} cannot be read: {error}') from None
+        if program and shutil.which(program[0]) is None:
+            raise ConfigError(f'--node-command {self.command!r}: there is no program {program[0]}')
+
+
+def follow(
+    machines: Sequence[Machine],
+    node: Node,
+    source: Source,
+    on_flights: OnFlights = lambda _flights, _seconds: None,
+) -> Evaluated:
+    """Return what a node says about every flight under test; reference flights are left out."""
+    name = f'topic:{node.topic}'
+    results = []
+    for flight in (flight for machine in machines for flight in machine.flights):
+        if flight.role == 'test':
+            outcomes = {name: _outcome(flight, node, source)}
+            results.append(
+                FlightResult(
+                    flight.machine,
+                    flight.number,
+                    flight.duration_s,
+                    flight.labels,
+                    crack_course(flight),
+                    outcomes,
+                )
+            )
+        on_flights(1, flight.duration_s)
+    return Evaluated(results, ISOLATION, {name: ALARM_SCORE})
+
+
+def _outcome(flight: Flight, node: Node, source: Source) -> Outcome:
+    with tempfile.TemporaryDirectory(prefix='rig-') as place:
+        folder = Path(place)
+        file = folder / 'flight.mcap'
+        _write(flight, source, file)
+        with _running(node.command, folder) as complaint:
+            said = _replayed(file, node, folder)
+            died = complaint()
+        return _watched(said, flight.duration_s, died)
+
+
+def _write(flight: Flight, source: Source, file: Path) -> None:
+    """Write the anonymous waveform of a flight and nothing else."""
+    anonymiser = Anonymiser(flight.scenario.rate_hz)
+    with RecordingWriter.single_file(file) as writer:
+        for (block,) in source.fly([flight]):
+            copy = anonymiser.copy(block)
+            data = messages.to_cdr(encode(copy, OFFLINE))
+            writer.write(topics.WAVEFORM, data, copy.stamp_ns, copy.stamp_ns)
+
+
+@contextlib.contextmanager
+def _running(command: str, folder: Path) -> 'Iterator[_Complaint]':
+    """Run the node's command, where there is one, in an empty folder."""
+    if not command:
+        yield _Complaint(None)
+        return
+    workplace = folder / 'node'
+    workplace.mkdir()
+    process = subprocess.Popen(
+        shlex.split(command),
+        cwd=workplace,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        yield _Complaint(process)
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@dataclass(frozen=True)
+class _Complaint:
+    """Says why a node is no longer there, '' while it is."""
+
+    process: subprocess.Popen[bytes] | None
+
+    def __call__(self) -> str:
+        code = None if self.process is None else self.process.poll()
+        return '' if code is None else f'its node ended with exit code {code} during the flight'
+
+
+def _replayed(file: Path, node: Node, folder: Path) -> list[tuple[float, float, str]]:
+    out = folder / 'said.json'
+    done = subprocess.run(
+        [
+            sys.executable,
+            '-m',
+            'rotor_bringup.evaluation.listener_node',
+            str(file),
+            node.topic,
+            str(node.rate),
+            str(out),
+        ],
+        env={'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if not out.exists():
+        words = done.stderr.strip().splitlines() or [f'it ended with code {done.returncode}']
+        raise ProcessError(f'the replay failed: {words[-1].removeprefix("error: ")}')
+    return [(time, score, text) for time, score, text in json.loads(out.read_text('utf-8'))]
+
+
+def _watched(said: list[tuple[float, float, str]], duration_s: float, died: str) -> Outcome:
+    """Return what remains; each score holds until the next."""
+    watch = Watch(ALARM_SCORE)
+    before_s = 0.0
+    for time_s, score, text in said:
+        at_s = min(max(time_s, before_s), duration_s)
+        watch.take(before_s, at_s, score, text)
+        before_s = at_s
+    return watch.outcome(died or ('' if said else 'it said nothing'))
