@@ -47,6 +47,13 @@ def test_level_flight_of_a_sound_rotor_stays_ok(live: LiveRuns) -> None:
 
 
 @pytest.mark.slow
+def test_a_small_crack_is_found_among_misalignment_noise_and_turns(live: LiveRuns) -> None:
+    # K = 0.03, the shaft angle from the key-phasor alone
+    levels = alarm_levels(live('hidden_crack', '--rate', 0, '--duration', 20).folder)
+    assert {level for _, level in levels} & {'WARN', 'ERROR'}
+
+
+@pytest.mark.slow
 def test_a_growing_crack_changes_the_level(
     live: LiveRuns, capsys: pytest.CaptureFixture[str]
 ) -> None:
