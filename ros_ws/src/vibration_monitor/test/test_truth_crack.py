@@ -208,6 +208,10 @@ def test_nothing_is_said_early_and_without_a_probe() -> None:
     assert estimator.update(broken) == CrackFindings()
     with pytest.raises(MonitorError, match='disk_y'):
         learn_baseline([broken], CONFIG, BALL_PASS)
+    # an order that the samples do not resolve is NaN: no stiffness can come from it
+    unresolved = CrackWindow(352.0, 0.57, first.mean, first.vectors, np.full(6, complex(math.nan)))
+    with pytest.raises(MonitorError, match='no whole window'):
+        learn_baseline([unresolved], CONFIG, BALL_PASS)
 
 
 @pytest.mark.parametrize('half_angle', [0.2, math.pi / 6, 1.5])

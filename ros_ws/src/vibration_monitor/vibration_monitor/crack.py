@@ -198,7 +198,9 @@ def learn_baseline(
         MonitorError: there is no window with all six probes.
 
     """
-    known = [window for window in windows if _is_complete(window)]
+    known = [
+        window for window in windows if _is_complete(window) and np.isfinite(window.ball_pass).all()
+    ]
     if not known:
         raise MonitorError(
             'the reference flights hold no whole window with all of ' + ', '.join(PROBES)

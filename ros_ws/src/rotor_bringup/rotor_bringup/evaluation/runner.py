@@ -6,6 +6,7 @@ A batch of machines flies in lock-step; every block is copied anonymously and go
 of each detector. Nothing longer than a block is held.
 """
 
+import abc
 import contextlib
 import math
 import multiprocessing
@@ -195,7 +196,7 @@ def _finish_fits(
         streams.clear()
 
 
-class _Listener:
+class _Listener(abc.ABC):
     """Takes the blocks of one flight."""
 
     def __init__(self, flight: Flight) -> None:
@@ -203,13 +204,13 @@ class _Listener:
         self._rate_hz = flight.scenario.rate_hz
         self._anonymiser = Anonymiser(self._rate_hz)
 
+    @abc.abstractmethod
     def take(self, block: WaveformBlock) -> None:
         """Hand on an anonymous copy of a block."""
-        raise NotImplementedError
 
+    @abc.abstractmethod
     def end(self) -> None:
         """Hand on that the flight has ended."""
-        raise NotImplementedError
 
 
 class _Reference(_Listener):
