@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulator as a process among foreign nodes: grid, holes, frames, credits, deadlines."""
 
+import random
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -18,12 +19,35 @@ pytestmark = pytest.mark.slow
 EPOCH_NS = 1_800_000_000_123_456_789
 STEP_NS = 10_000_000
 BLOCK_NS = 25_000_000
+SIMULATOR = ('-m', 'rotor_sim.node')
+FORGETFUL = """
+import sys
+
+from rotor_interfaces import messages, ros
+from rotor_sim.node import RotorSimNode
+
+
+class Forgetful(RotorSimNode):
+    lost = set(range({first}, {last} + 1))
+
+    def _on_load(self, message):
+        point = (messages.stamp_ns(message) - {epoch_ns}) // {step_ns}
+        if point in self.lost:
+            self.lost.remove(point)
+        else:
+            super()._on_load(message)
+
+
+sys.exit(ros.run(lambda: [Forgetful()], has_end=True))
+"""
 
 
 class Bench:
     """Plays generator and consumer to one rotor_sim process."""
 
-    def __init__(self, domain: dict[str, str], **parameters: Any) -> None:
+    def __init__(
+        self, domain: dict[str, str], *, program: Sequence[str] = SIMULATOR, **parameters: Any
+    ) -> None:
         import rclpy
         from rclpy.context import Context
         from rclpy.experimental.events_executor import EventsExecutor
@@ -35,7 +59,7 @@ class Bench:
             option for name, value in parameters.items() for option in ('-p', f'{name}:={value}')
         ]
         self.process = subprocess.Popen(
-            [sys.executable, '-m', 'rotor_sim.node', '--ros-args', *options],
+            [sys.executable, *program, '--ros-args', *options],
             env=domain,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -50,7 +74,9 @@ class Bench:
         self.blocks: list[Any] = []
         self.ready = False
         ros.subscription(self.node, topics.WAVEFORM, self.blocks.append)
-        for topic in (topics.SHAFT, topics.TRUTH, topics.CONFIG, topics.CLOCK, topics.DIAGNOSTICS):
+        self.counts: dict[str, str] = {}
+        ros.subscription(self.node, topics.DIAGNOSTICS, self._on_diagnostics)
+        for topic in (topics.SHAFT, topics.TRUTH, topics.CONFIG, topics.CLOCK):
             ros.subscription(self.node, topic, lambda _: None)
         for topic in (topics.BEARING_1_IMU, topics.BEARING_2_IMU):
             ros.subscription(self.node, topic, lambda _: None)
@@ -60,6 +86,9 @@ class Bench:
 
     def _on_progress(self, message: Any) -> None:
         self.ready |= message.frame_id == 'rotor_sim'
+
+    def _on_diagnostics(self, message: Any) -> None:
+        self.counts = {value.key: value.value for value in message.status[0].values}
 
     def spin(self, seconds: float) -> None:
         deadline = time.monotonic() + seconds
@@ -73,7 +102,7 @@ class Bench:
             assert self.process.poll() is None, self.process.communicate()[0]
             self._executor.spin_once(0.02)
 
-    def send_load(self, points: range, *, frame_id: str = 'rotor') -> None:
+    def send_load(self, points: Iterable[int], *, frame_id: str = 'rotor') -> None:
         for k in points:
             message = messages.load(ROS, EPOCH_NS + k * STEP_NS, 9.81, 0.0)
             message.header.frame_id = frame_id
@@ -127,6 +156,30 @@ def test_a_hole_in_the_grid_stalls_the_run_and_ends_it_with_a_reason(bench: Star
     # every block up to the hole came, and not one beyond it
     assert len(rig.blocks) == 149 * STEP_NS // BLOCK_NS
     assert stamp_ns(rig.blocks[0]) == EPOCH_NS
+
+
+def test_points_out_of_order_are_put_in_order(bench: Start) -> None:
+    rig = bench(duration_s=3.0, rate=0.0, timeout_s=5.0)
+    rig.wait_for(lambda: rig.ready)
+    later = list(range(1, 302))
+    random.Random(1).shuffle(later)
+    rig.send_load([0, *later])
+    code, said = rig.end()
+    assert code == 0, said
+    assert [decode(block).first_sample for block in rig.blocks] == [k * 256 for k in range(120)]
+    assert int(rig.counts['early load points [1]']) > 100
+
+
+@pytest.mark.parametrize('last', [150, 301])
+def test_lost_points_are_asked_for_again(bench: Start, last: int) -> None:
+    script = FORGETFUL.format(first=150, last=last, epoch_ns=EPOCH_NS, step_ns=STEP_NS)
+    rig = bench(program=('-c', script), duration_s=3.0, rate=0.0, timeout_s=10.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(302))
+    code, said = rig.end()
+    assert code == 0, said
+    assert [decode(block).first_sample for block in rig.blocks] == [k * 256 for k in range(120)]
+    assert rig.counts['load asked for again [1]'] == '1'
 
 
 def test_the_run_goes_on_when_the_grid_does(bench: Start) -> None:

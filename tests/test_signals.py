@@ -5,6 +5,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -65,7 +66,7 @@ class Rig:
                 }
         return found
 
-    def finish(self, timeout_s: float = 40.0) -> tuple[int, str]:
+    def finish(self, timeout_s: float = 150.0) -> tuple[int, str]:
         """Wait for the end; return exit code and what was said."""
         out, err = self.process.communicate(timeout=timeout_s)
         return self.process.returncode, out + err
@@ -148,6 +149,41 @@ def test_ctrl_c_before_the_run_has_begun(started: Start, delay_s: float) -> None
     assert code == 130, said
     assert 'Traceback' not in said
     assert_gone(pids)
+
+
+def hears(pid: int, number: signal.Signals) -> bool:
+    """Say whether a process has a handler for a signal."""
+    status = Path(f'/proc/{pid}/status').read_text()
+    caught = int(status.split('SigCgt:')[1].split()[0], 16)
+    return bool(caught >> (number - 1) & 1)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('module', ['rotor_sim.node', 'rotor_bringup.composed'])
+def test_a_signal_ends_a_node_that_still_compiles(
+    tmp_path: Path, module: str, number: signal.Signals
+) -> None:
+    cache = tmp_path / 'cache'
+    with subprocess.Popen(
+        [sys.executable, '-m', module],
+        env={**private_environment(tmp_path / 'log'), 'NUMBA_CACHE_DIR': str(cache)},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        while not hears(process.pid, signal.SIGTERM):
+            assert process.poll() is None
+            time.sleep(0.01)
+        time.sleep(1.0)
+        assert not list(cache.rglob('_kernels.integrate-*.nbc')), 'compiled already'
+        process.send_signal(number)
+        started = time.monotonic()
+        said, _ = process.communicate(timeout=60.0)
+        elapsed_s = time.monotonic() - started
+    assert (process.returncode, said) == (130, '')
+    assert not list(cache.rglob('_kernels.integrate-*.nbc'))
+    assert elapsed_s < 10.0  # the whole takes 20 to 50 s
 
 
 @pytest.mark.parametrize('victim', NODES)

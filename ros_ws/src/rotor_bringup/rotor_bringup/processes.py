@@ -20,7 +20,8 @@ import yaml
 from rotor_bringup.errors import ProcessError
 from rotor_interfaces.exit_code import ExitCode
 
-STOP_TIMEOUT_S = 10.0
+STOP_TIMEOUT_S = 30.0
+"""Enough for a starved machine, on which a process may still import or finalise a recording."""
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
 

@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Protocol, TypeVar, cast
 
 import rclpy
@@ -229,21 +230,19 @@ def run(
     """Create nodes, run them until one is done or a signal comes, and return the exit code.
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
-    finishes in order. Where the run `has_end`, ending it early is INTERRUPTED. A RigError is
-    one sentence on standard error.
+    finishes in order. While nodes are being created they end that at once: compiling may take a
+    minute. Where the run `has_end`, ending it early is INTERRUPTED. A RigError is one sentence
+    on standard error.
     """
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: signals.append(received))
-    # whoever started this process may have held signals back until somebody listens
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     nodes: list[RigNode] = []
     code = ExitCode.DONE
     try:
-        _initialise(arguments)
-        executor = EventsExecutor()
-        nodes.extend(create())
+        with _interruptible(signals):
+            _initialise(arguments)
+            executor = EventsExecutor()
+            nodes.extend(create())
         for node in nodes:
             executor.add_node(cast(Node, node))
         while not signals and not any(_failure(node) or node.is_done() for node in nodes):
@@ -254,6 +253,8 @@ def run(
             raise failures[0]
         if has_end and not any(node.is_done() for node in nodes):
             code = ExitCode.INTERRUPTED
+    except KeyboardInterrupt:
+        code = ExitCode.INTERRUPTED if has_end else ExitCode.DONE
     except RigError as error:
         sys.stderr.write(f'error: {error}\n')
         # the rig's errors about given values are ValueErrors too
@@ -263,6 +264,26 @@ def run(
             node.destroy_node()
         rclpy.try_shutdown()
     return code
+
+
+@contextmanager
+def _interruptible(signals: list[int]) -> Iterator[None]:
+    """Note SIGINT and SIGTERM from now on; in the block the first also ends what is under way."""
+    is_within = True
+
+    def on_signal(number: int, _: object) -> None:
+        signals.append(number)
+        if is_within and len(signals) == 1:
+            raise KeyboardInterrupt
+
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, on_signal)
+        # whoever started this process may have held signals back until somebody listens
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
+        yield
+    finally:
+        is_within = False
 
 
 def check_domain() -> None:

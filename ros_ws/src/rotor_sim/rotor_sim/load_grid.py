@@ -7,22 +7,26 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotor_interfaces.topics import MANEUVER_LOAD
 from rotor_sim.errors import RotorError
 from rotor_sim.parameters import GRAVITY_M_S2
 
 LOAD_RATE_HZ = 100
 LOAD_LIMIT_M_S2 = 20.0 * GRAVITY_M_S2
 """Far outside any flight: a point beyond is a mistake in units."""
+EARLY_LIMIT = MANEUVER_LOAD.depth
+"""Points are kept this far beyond the next; whoever publishes remembers no more either."""
 
 
 class LoadGrid:
     """Apparent gravity per unit mass in frame `rotor`, (y, z) in m/s^2, at k x 10 ms from k = 0.
 
-    Points are appended in order; old ones can be discarded in a long run.
+    Points are appended in order, or taken as they come; old ones can be discarded in a long run.
     """
 
     def __init__(self) -> None:
         self._points: list[tuple[float, float]] = []
+        self._early: dict[int, tuple[float, float]] = {}
         self._first = 0
 
     @classmethod
@@ -44,6 +48,11 @@ class LoadGrid:
         """Index k of the point that must come next; 0 while the grid is empty."""
         return self._first + len(self._points)
 
+    @property
+    def early(self) -> int:
+        """Number of points that wait beyond a hole."""
+        return len(self._early)
+
     def append(self, index: int, load_y: float, load_z: float) -> None:
         """Append point `index` (m/s^2); raises RotorError for a hole or an impossible load."""
         if index != self.next_index:
@@ -51,13 +60,25 @@ class LoadGrid:
                 f'load point {index} cannot follow point {self.next_index - 1}: the grid has no '
                 'holes and points come in order'
             )
+        self.take(index, load_y, load_z)
+
+    def take(self, index: int, load_y: float, load_z: float) -> None:
+        """Take point `index` (m/s^2) in whatever order it comes; a known one is ignored.
+
+        A point beyond a hole waits until the hole is filled, unless it is EARLY_LIMIT or more
+        ahead. Raises RotorError for an impossible load.
+        """
+        if not self.next_index <= index < self.next_index + EARLY_LIMIT:
+            return
         for name, value in (('load_y', load_y), ('load_z', load_z)):
             if not abs(value) <= LOAD_LIMIT_M_S2:
                 raise RotorError(
                     f'{name} = {value:g} m/s^2 at load point {index} is out of range; allowed: '
                     f'{-LOAD_LIMIT_M_S2:g} to {LOAD_LIMIT_M_S2:g} m/s^2'
                 )
-        self._points.append((float(load_y), float(load_z)))
+        self._early[index] = (float(load_y), float(load_z))
+        while (point := self._early.pop(self.next_index, None)) is not None:
+            self._points.append(point)
 
     def covers(self, sample_end: int, rate_hz: int) -> bool:
         """Say whether the grid reaches the time sample_end/rate_hz."""

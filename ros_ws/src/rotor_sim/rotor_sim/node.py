@@ -29,6 +29,8 @@ from rotor_sim.simulator import RotorSimulator
 
 GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
 TICK_S = 0.002
+ASK_AGAIN_S = 1.0
+"""A run that waits this long for a load asks for it again; DDS alone would repair it sooner."""
 BLOCKS_PER_TICK = 8
 """Few enough that incoming credits are handled between two ticks."""
 
@@ -74,7 +76,9 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._consumed_ns: dict[str, int] = {}
         self._state = self._wait_for_consumers
         self._state_since = time.monotonic()
-        self._holes = 0
+        self._early_loads = 0
+        self._asked_again = 0
+        self._asked_at = 0.0
         self._refused_loads = 0
         self._overruns = 0
         self._stalls = 0
@@ -91,7 +95,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
             published += [topics.BEARING_1_IMU, topics.BEARING_2_IMU]
         self._publishers_of = {topic: ros.publisher(self, topic) for topic in published}
         self._progress = ros.Progress(self, 'rotor_sim')
-        ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
+        self._load = ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
         ros.subscription(self, topics.PROGRESS, self._on_progress)
         ros.accept_changes(self, {name: self._setter(name) for name in RotorSimulator.SETTABLE})
         self._publish_config()
@@ -176,13 +180,9 @@ class RotorSimNode(Node):  # type: ignore[misc]
         if remainder or k < 0:
             self._refuse(f'stamp {stamp_ns} ns is not on the 10 ms grid of this run')
             return
-        if k < self._grid.next_index:
-            return  # latched points that came before
-        if k > self._grid.next_index:
-            self._holes += 1
-            return
+        self._early_loads += k > self._grid.next_index
         try:
-            self._grid.append(k, message.accel.linear.y, message.accel.linear.z)
+            self._grid.take(k, message.accel.linear.y, message.accel.linear.z)
         except RotorError as error:
             self._refuse(str(error))
 
@@ -238,6 +238,8 @@ class RotorSimNode(Node):  # type: ignore[misc]
             self._enter(self._advance)
         elif self._age_s() > 3 * self._timeout_s:
             raise CosimulationError('the run cannot start: no maneuver/load')
+        elif self._age_s() > self._timeout_s:  # the generator may have started later than we did
+            self._ask_again()
 
     def _advance(self) -> None:
         for _ in range(BLOCKS_PER_TICK):
@@ -248,12 +250,14 @@ class RotorSimNode(Node):  # type: ignore[misc]
                 return
             if not self._is_due(first + count):
                 return
-            reason = self._obstacle(first, count)
-            if reason:
-                self._stall(reason)
+            if missing := self._missing_load(first + count):
+                self._stall(missing)
+                self._ask_again()
+                return
+            if slow := self._slow_consumer(first):
+                self._stall(slow)
                 return
             self._stalled = False
-            self._state_since = time.monotonic()
             self._publish_block(count)
 
     def _is_due(self, end_sample: int) -> bool:
@@ -266,11 +270,16 @@ class RotorSimNode(Node):  # type: ignore[misc]
             self._overruns += 1
         return late_s >= 0.0
 
-    def _obstacle(self, first: int, count: int) -> str:
-        """Return why the next block must wait, '' where it need not."""
-        if not self._grid.covers(first + count, self._config.rate_hz):
-            hole = f' ({self._holes} later points came: there is a hole)' if self._holes else ''
-            return f'maneuver/load ends before point {self._grid.next_index}{hole}'
+    def _missing_load(self, end_sample: int) -> str:
+        """Return which load the next block must wait for, '' where it is there."""
+        if self._grid.covers(end_sample, self._config.rate_hz):
+            return ''
+        early = self._grid.early
+        hole = f' ({early} later points came: there is a hole)' if early else ''
+        return f'maneuver/load ends before point {self._grid.next_index}{hole}'
+
+    def _slow_consumer(self, first: int) -> str:
+        """Return which consumer the next block must wait for, '' where none is too far behind."""
         if self._rate != 1.0:
             limit = first - self._window_blocks * self._config.block_samples
             for name in self._consumers:
@@ -282,11 +291,23 @@ class RotorSimNode(Node):  # type: ignore[misc]
         if not self._stalled:
             self._stalled = True
             self._stalls += 1
+            self._state_since = time.monotonic()
         if self._age_s() > self._timeout_s:
             first = self._simulator.next_sample / self._config.rate_hz
             raise CosimulationError(
                 f'the run stalled at {first:.3f} s for {self._timeout_s:g} s: {reason}'
             )
+
+    def _ask_again(self) -> None:
+        """Subscribe to the load anew each second: it is latched, so what was lost comes again."""
+        now = time.monotonic()
+        is_early = now - max(self._state_since, self._asked_at) < ASK_AGAIN_S
+        if is_early or not self._load.get_publisher_count():  # not yet connected: nothing is lost
+            return
+        self._asked_at = now
+        self._asked_again += 1
+        self.destroy_subscription(self._load)
+        self._load = ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
 
     def _publish_block(self, count: int) -> None:
         block = self._simulator.advance(count, self._grid)
@@ -306,20 +327,21 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._last_diagnostic_s = seconds
         simulated_s = end_sample / self._config.rate_hz
         elapsed_s = max(time.monotonic() - self._started, 1e-9)
-        bad = self._holes + self._refused_loads + self._overruns
+        bad = self._asked_again + self._refused_loads + self._overruns
         self._publishers_of[topics.DIAGNOSTICS].publish(
             messages.diagnostics(
                 ROS,
                 end_ns,
                 'rotor_sim: co-simulation',
                 level=1 if bad else 0,
-                text='load refused, holes or late blocks' if bad else 'on time',
+                text='load refused or asked for again, or late blocks' if bad else 'on time',
                 values={
                     'simulated time [s]': f'{simulated_s:.3f}',
                     'real-time factor [1]': f'{simulated_s / elapsed_s:.3f}',
                     'late blocks [1]': self._overruns,
                     'stalls [1]': self._stalls,
-                    'holes in the load grid [1]': self._holes,
+                    'early load points [1]': self._early_loads,
+                    'load asked for again [1]': self._asked_again,
                     'refused loads [1]': self._refused_loads,
                     'process time [s]': f'{time.process_time():.3f}',
                 },

@@ -1,13 +1,16 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The load grid takes points in order, knows how far it reaches, and forgets on request."""
+"""The load grid takes points in any order, knows how far it reaches, and forgets on request."""
 
 import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rotor_sim import LoadGrid, RotorError
+from rotor_sim.load_grid import EARLY_LIMIT
 
 
 def test_covers_up_to_its_last_point() -> None:
@@ -62,3 +65,38 @@ def test_impossible_loads_are_refused(y: float, z: float, sentence: str) -> None
 def test_wrong_shape_is_refused() -> None:
     with pytest.raises(RotorError, match=r'shape \(points, 2\), not \(4,\)'):
         LoadGrid.from_points(np.zeros(4))
+
+
+@given(st.permutations(range(12)), st.lists(st.integers(0, 11)))
+def test_points_may_come_in_any_order_and_again(order: list[int], again: list[int]) -> None:
+    grid = LoadGrid()
+    for k in [*order, *again]:
+        grid.take(k, float(k), -float(k))
+    assert (grid.next_index, grid.early) == (12, 0)
+    np.testing.assert_array_equal(grid.window(0, 11), [[k, -k] for k in range(12)])
+
+
+@given(st.permutations(range(12)), st.integers(0, 11))
+def test_nothing_beyond_a_hole_is_used(order: list[int], hole: int) -> None:
+    grid = LoadGrid()
+    for k in order:
+        if k != hole:
+            grid.take(k, float(k), 0.0)
+    assert (grid.next_index, grid.early) == (hole, 11 - hole)
+    with pytest.raises(RotorError, match='are needed'):
+        grid.window(hole, hole)
+
+
+def test_the_first_value_of_a_point_in_the_grid_counts() -> None:
+    grid = LoadGrid.from_points([[1.0, 2.0]])
+    grid.take(0, 3.0, 4.0)
+    np.testing.assert_array_equal(grid.window(0, 0), [[1.0, 2.0]])
+
+
+def test_points_far_beyond_a_hole_are_not_kept() -> None:
+    grid = LoadGrid()
+    for k in range(1, 5000):
+        grid.take(k, 0.0, 0.0)
+    assert grid.early == EARLY_LIMIT - 1
+    with pytest.raises(RotorError, match='load_z = inf'):
+        grid.take(1, 0.0, np.inf)
