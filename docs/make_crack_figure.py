@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vibration_monitor.config import MonitorConfig
-from vibration_monitor.crack import PROBES, CrackConfig, CrackEstimator, CrackWindow
+from vibration_monitor.crack_model import PROBES, CrackWindow, equivalent_loads
 from vibration_monitor.monitor import VibrationMonitor
 
 SPEED_RAD_S, PEAK = 352.0, 5.0
@@ -26,7 +26,8 @@ FLIGHTS = {
     'sound, misaligned': {'crack': 0.0, 'misalignment_n': 60.0},
     'K = 0.03': {'crack': 0.03, 'misalignment_n': 5.0},
 }
-SETTINGS = MonitorConfig(channels=PROBES, orders=(1.0, 2.0, 3.0), extras=())
+SETTINGS = MonitorConfig(channels=PROBES, orders=(1.0, 2.0, 3.0), extras=('crack',))
+RIGID = np.full(2, SETTINGS.crack.rigid_critical_speed_rad_s**2)
 UM = 1e6
 
 Array = NDArray[np.float64]
@@ -36,15 +37,12 @@ def measure() -> dict[str, dict[str, Array]]:
     """Return time, load factor, A2/A1, static bend, forward 2x load and the estimate of K."""
     plans = [scenario(SPEED_RAD_S, PEAK, seed=3, **flight) for flight in FLIGHTS.values()]
     monitors = [VibrationMonitor(SETTINGS) for _ in plans]
-    estimators = [CrackEstimator(CrackConfig()) for _ in plans]
     rows: list[list[tuple[float, ...]]] = [[] for _ in plans]
     for blocks in fly(plans):
-        for monitor, estimator, found, block in zip(
-            monitors, estimators, rows, blocks, strict=True
-        ):
+        for monitor, found, block in zip(monitors, rows, blocks, strict=True):
             for record in monitor.push(block):
                 window = CrackWindow.of(record.indicators(), SETTINGS.hop_revolutions)
-                by_load = estimator.update(window).by_load
+                loads, _ = equivalent_loads(window, RIGID, SETTINGS.crack.damping_ratio)
                 bend = 2 * window.mean[0] - window.mean[2] - window.mean[4]
                 found.append(
                     (
@@ -52,9 +50,9 @@ def measure() -> dict[str, dict[str, Array]]:
                         record.value('load_factor'),
                         record.value('disk_z/ratio_2_1'),
                         bend * UM,
-                        abs(window.equivalent_loads(CrackConfig())[0]) * UM,
-                        by_load.ratio,
-                        by_load.lowest,
+                        abs(loads[0]) * UM,
+                        record.value('crack_ratio'),
+                        record.value('crack_ratio_low'),
                     )
                 )
     names = ('time', 'load', 'ratio', 'bend', 'q2', 'K', 'lowest')

@@ -3,7 +3,12 @@
 """`rotor-rig evaluate`: simulated, stored and over DDS, and what goes wrong in one sentence."""
 
 import json
+import os
+import signal
+import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +59,92 @@ def test_a_stored_suite_gives_the_numbers_of_the_simulated_one(
     assert len(simulated['flights']) == 4
     assert all(numbers['failed'] == 0 for numbers in simulated['detectors'].values())
     assert all((tmp_path / 'a' / name).is_file() for name in ('roc.png', 'growth.png'))
+
+
+def processes() -> dict[int, tuple[int, str]]:
+    """Return parent and start of every process that has not ended, by its number."""
+    found = {}
+    for path in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            state, parent, *rest = path.read_text('utf-8').rpartition(')')[2].split()
+        except OSError:
+            continue  # it has ended meanwhile
+        if state != 'Z':
+            found[int(path.parent.name)] = (int(parent), rest[17])
+    return found
+
+
+def family(root: int) -> set[tuple[int, str]]:
+    """Return number and start of a process and of all that descend from it."""
+    there = processes()
+    found = {root}
+    while more := {pid for pid, (parent, _) in there.items() if parent in found} - found:
+        found |= more
+    return {(pid, there[pid][1]) for pid in found if pid in there}
+
+
+def awaited(is_so: Callable[[], bool], limit_s: float = 120.0) -> bool:
+    until = time.monotonic() + limit_s
+    while not is_so() and time.monotonic() < until:
+        time.sleep(0.05)
+    return is_so()
+
+
+def more_files_than(count: int, folder: Path) -> Callable[[int], bool]:
+    return lambda _: len(list(folder.glob('*.json'))) > count
+
+
+def interrupted(arguments: list[str], is_time: Callable[[int], bool]) -> str:
+    """Press Ctrl-C when it is time, see that nobody is left, and return what was said last."""
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'rotor_bringup', *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert awaited(lambda: is_time(process.pid))
+    started = family(process.pid)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 130, said
+    assert awaited(lambda: not started & {(p, s) for p, (_, s) in processes().items()}, 5.0)
+    assert 'Traceback' not in said
+    return said.strip().splitlines()[-1]
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(
+    rig: Rig, small_suite: Path, tmp_path: Path
+) -> None:
+    suite = yaml.safe_load(small_suite.read_text('utf-8'))
+    suite['groups'][0] |= {'machines': 1, 'healthy': 4, 'cracked': 4, 'growing': 1}
+    growing = tmp_path / 'growing.yaml'
+    growing.write_text(yaml.safe_dump({**suite, 'growth_s': 60.0}))
+    out, parts = tmp_path / 'out', tmp_path / 'out' / 'parts'
+    arguments = ['evaluate', 'ratios', 'zones', '--suite', str(growing), '--out', str(out)]
+    # main, its tracker of resources, the process that flies, the server that is still loading
+    at_the_start = interrupted([*arguments, '--jobs', '2'], lambda pid: len(family(pid)) >= 4)
+    assert at_the_start == 'stopped: there are no finished flights to keep'
+    kept: dict[Path, int] = {}
+    for jobs in ('2', '1'):  # with one, Ctrl-C meets the flying itself
+        said = interrupted([*arguments, '--jobs', jobs], more_files_than(len(kept), parts))
+        assert said == (
+            f'stopped: finished flights are kept in {parts}, and the same command goes on there'
+        )
+        kept = {path: path.stat().st_mtime_ns for path in parts.glob('*.json')}
+    done = rig(*arguments, '--jobs', 1)
+    assert done.code == 0, done.err
+    assert f'going on: {len(kept)} flights are finished in {parts}' in done.err
+    assert not parts.exists()
+    assert rig(*arguments[:-1], tmp_path / 'whole', '--jobs', 1).code == 0
+    resumed, whole = evaluation(out), evaluation(tmp_path / 'whole')
+    assert (resumed['kept_flights'], whole['kept_flights']) == (len(kept), 0)
+    timings = ('made', 'wall_s', 'kept_flights')
+    assert {k: v for k, v in resumed.items() if k not in timings} == {
+        k: v for k, v in whole.items() if k not in timings
+    }
+    assert len(whole['flights']) == 10
 
 
 @pytest.mark.slow

@@ -47,8 +47,8 @@ def suite(tmp_path_factory: pytest.TempPathFactory) -> str:
 def made(suite: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('data') / 'set'
     result = make_dataset(suite, folder, jobs=1)
-    assert result.flights == result.written == 8
-    assert result.flight_hours == pytest.approx((7 * 10.1 + 12.0) / 3600.0)
+    assert result.flights == result.written == 9
+    assert result.flight_hours == pytest.approx((7 * 10.1 + 2 * 12.0) / 3600.0)
     return folder
 
 
@@ -126,7 +126,7 @@ def test_processes_change_no_byte(suite: str, made: Path, tmp_path: Path) -> Non
 
 def test_the_folder_is_what_its_files_say(suite: str, made: Path) -> None:
     rows = read_manifest(made)
-    assert [tuple(row) for row in rows] == [tuple(COLUMNS)] * 8
+    assert [tuple(row) for row in rows] == [tuple(COLUMNS)] * 9
     flights = [flight for machine in plan_suite(suite) for flight in machine.flights]
     names = sorted(str(path.relative_to(made)) for path in made.glob('flights/*'))
     assert sorted(row['file'] for row in rows) == names
@@ -212,15 +212,15 @@ def test_a_run_goes_on_after_the_journal_of_one_that_was_killed(
     (folder / 'manifest.parquet').unlink()
     lines = [json.dumps(row) for row in rows[:5]]
     (folder / 'finished.jsonl').write_text('\n'.join([*lines, lines[0][:40]]))
-    assert make_dataset(suite, folder, jobs=1).written == 3
+    assert make_dataset(suite, folder, jobs=1).written == 4
     assert tree(folder) == tree(made)
 
 
 def test_a_part_of_a_suite_grows_into_the_whole(suite: str, made: Path, tmp_path: Path) -> None:
     folder = tmp_path / 'set'
     first = make_dataset(suite, folder, jobs=1, split='test')
-    assert first.flights == 2
-    assert make_dataset(suite, folder, jobs=1, machines=1).flights == 2 + 3
+    assert first.flights == 3
+    assert make_dataset(suite, folder, jobs=1, machines=1).flights == 3 + 3
     assert make_dataset(suite, folder, jobs=1).written == 3
     assert tree(folder) == tree(made)
 

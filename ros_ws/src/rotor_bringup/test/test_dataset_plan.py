@@ -59,6 +59,30 @@ def test_the_standard_suite_is_as_large_as_it_says() -> None:
         assert flight.scenario.parameters().crack_stiffness_ratio == 0.0
 
 
+@pytest.mark.parametrize('name', ['smoke', 'standard'])
+def test_every_growing_crack_has_a_healthy_flight_that_looks_the_same(name: str) -> None:
+    machines = [m for m in plan_suite(name) if m.flights[0].rotor.group == 'growth']
+    first = set()
+    for machine in machines:
+        suite = machine.flights[0].suite
+        pair = [f for f in machine.flights if f.duration_s != suite.flight_s]
+        assert pair == list(machine.flights[-2:])
+        first.add(pair[0].grid.crack)
+        healthy, growing = sorted(pair, key=lambda flight: flight.grid.crack, reverse=True)
+        assert (healthy.grid.crack, growing.grid.crack) == ('healthy', 'growing')
+        assert healthy.duration_s == growing.duration_s == suite.growth_s
+        assert (healthy.labels['decoy'], growing.labels['decoy']) == (True, False)
+        assert healthy.scenario.crack_growth == ()
+        assert healthy.scenario.parameters().crack_stiffness_ratio == 0.0
+        for label in ('manoeuvre', 'speed_program', 'confounder', 'eccentricity_m', 'clearance_m',
+                      'forcing_n', 'noise', 'encoder'):  # fmt: skip
+            assert healthy.labels[label] == growing.labels[label]
+        assert healthy.scenario.maneuver != growing.scenario.maneuver  # drawn anew
+    assert len(first) == 2 or len(machines) < 10  # the order says nothing
+    decoys = [f for f in flights(plan_suite(name)) if f.grid.decoy]
+    assert len(decoys) == len(machines)
+
+
 @pytest.mark.parametrize('group', ['train', 'test'])
 @pytest.mark.parametrize('crack', ['healthy', 'constant'])
 def test_levels_and_pairs_of_levels_are_used_about_equally_often(group: str, crack: str) -> None:

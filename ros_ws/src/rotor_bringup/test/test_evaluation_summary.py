@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From flights to numbers: what counts where, and that failing never pays."""
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -11,8 +12,7 @@ import pytest
 from rich.console import Console
 
 from rotor_bringup.evaluation import page, pictures, report, summary
-from rotor_bringup.evaluation.outcome import FlightResult, Outcome
-from rotor_bringup.evaluation.runner import Evaluated
+from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Outcome
 
 HOUR_S = 3600.0
 
@@ -21,6 +21,7 @@ def flight(number: int, score: float, crack: float = 0.0, **changes: Any) -> Fli
     labels = {
         'crack': 'constant' if crack else 'healthy',
         'crack_stiffness_ratio': crack,
+        'decoy': False,
         'manoeuvre': 'pulls_3g',
         'held_out_family': False,
         'confounder': 'none',
@@ -118,6 +119,68 @@ def test_smallest_crack_at_thresholds_that_healthy_flights_set() -> None:
     assert math.isnan(smallest['own alarm']['crack_stiffness_ratio'])
 
 
+def test_without_healthy_flights_nothing_is_said_about_finds() -> None:
+    flights = [
+        flight(8, math.nan, 0.05),
+        flight(9, 0.0, 0.1, failure='broke'),
+        growing(100, ((60.0, 0.5),)),
+    ]
+    found = numbers(flights)
+    for name in ('0 false alarms per hour', '0.1 false alarms per hour'):
+        assert math.isnan(found['thresholds'][name])
+        assert math.isnan(found['smallest_crack'][name]['crack_stiffness_ratio'])
+        assert found['smallest_crack'][name]['found'] == []
+        assert math.isnan(found['growth'][name]['time_s']['median'])
+        assert found['growth'][name]['each'] == []
+    # the detector's own alarm is known, and was not reached
+    assert found['smallest_crack']['own alarm']['found'] == [(0.05, 1, 0.0), (0.1, 1, 0.0)]
+    assert found['growth']['own alarm']['time_s']['flights'] == 1
+
+
+def test_silence_and_failure_find_nothing_where_every_threshold_will_do() -> None:
+    day = dataclasses.replace(flight(0, 0.5), duration_s=20 * HOUR_S)
+    outcome = dataclasses.replace(day.outcomes['d'], judged_s=20 * HOUR_S)
+    healthy = dataclasses.replace(day, outcomes={'d': outcome})  # two alarms are allowed in 20 h
+    cracked = [
+        flight(8, math.nan, 0.02),
+        flight(9, 9.0, 0.05, failure='broke'),
+        flight(10, -5.0, 0.1),
+        growing(100, ()),
+        growing(101, ((60.0, -7.0),)),
+    ]
+    found = numbers([healthy, *cracked])
+    name = '0.1 false alarms per hour'
+    assert found['smallest_crack'][name]['found'] == [(0.02, 1, 0.0), (0.05, 1, 0.0), (0.1, 1, 1.0)]
+    assert found['growth'][name]['time_s']['reached'] == 1
+
+
+def test_both_rates_are_over_judged_hours_and_flown_hours_are_told() -> None:
+    # 20 h flown, of which 9 judged: 0.1 per hour allow no alarm, while 20 h would allow two
+    flights = [dataclasses.replace(flight(k, k / 10), duration_s=10 * HOUR_S) for k in range(2)]
+    judged = [
+        dataclasses.replace(
+            f, outcomes={'d': dataclasses.replace(f.outcomes['d'], judged_s=4.5 * HOUR_S)}
+        )
+        for f in flights
+    ]
+    found = numbers(judged)
+    assert found['thresholds']['0.1 false alarms per hour'] == math.nextafter(0.1, 1.0)
+    assert found['false_alarms']['all']['hours'] == 9.0
+    assert found['false_alarms']['all']['flown_hours'] == 20.0
+    assert '(0 in 9.0 h judged of 20.0 h flown)' in str(report.cells(found))
+
+
+def test_a_detector_that_could_not_be_made_found_nothing() -> None:
+    flights = [*HEALTHY, flight(8, 0.0, 0.1), growing(100, ())]
+    failed = [
+        dataclasses.replace(f, outcomes={'d': Outcome(failure='cannot be loaded')}) for f in flights
+    ]
+    found = summary.summary(failed, {'d': math.nan}, replicates=50)['d']
+    assert found['smallest_crack']['own alarm']['found'] == [(0.1, 1, 0.0)]
+    assert found['growth']['own alarm']['time_s']['flights'] == 1
+    assert found['growth']['0 false alarms per hour']['time_s']['reached'] == 0
+
+
 def test_growing_cracks_are_followed_by_time_and_depth() -> None:
     found = numbers([
         *HEALTHY,
@@ -136,6 +199,28 @@ def test_growing_cracks_are_followed_by_time_and_depth() -> None:
     assert found['flights'] == 12
 
 
+def test_decoys_count_for_false_alarms_and_in_no_area() -> None:
+    decoys = [
+        flight(100, 0.9, decoy=True, manoeuvre='mixed'),
+        flight(101, 1.5, alarms=2, decoy=True, manoeuvre='mixed'),
+        flight(102, 0.0, alarms=0, decoy=True, manoeuvre='mixed', failure='broke'),
+        flight(103, math.nan, alarms=0, decoy=True, manoeuvre='mixed'),
+    ]
+    usual = [*HEALTHY, flight(8, 0.65, 0.05), growing(100, ((60.0, 0.5), (120.0, 1.5)))]
+    without, found = numbers(usual), numbers([*usual, *decoys])
+    for name in ('auc', 'auc_by', 'roc'):
+        assert str(found[name]) == str(without[name])
+    alarms = found['false_alarms']
+    assert alarms['all']['events'] == without['false_alarms']['all']['events'] + 3
+    assert alarms['decoys of growing cracks']['events'] == 3  # a failure is an alarm
+    assert alarms['decoys of growing cracks']['of'] == 4
+    assert found['false_alarms_by']['manoeuvre']['mixed']['events'] == 3
+    assert found['growth']['own alarm']['decoys'] == {'alarmed': 2, 'flights': 4}
+    # the failure stands above every threshold that can be asked for
+    assert found['growth']['0 false alarms per hour']['decoys']['alarmed'] == 1
+    assert without['growth']['own alarm']['decoys'] == {'alarmed': 0, 'flights': 0}
+
+
 @pytest.mark.parametrize(
     ('speed', 'band'),
     [(220.0, 'below 300 rad/s'), (300.0, '300 to 400 rad/s'), (499.9, '400 to 500 rad/s'),
@@ -149,7 +234,8 @@ def content() -> dict[str, Any]:
     flights = [
         *HEALTHY,
         *(flight(8 + k, 0.3 * k, 0.05) for k in range(5)),
-        growing(100, ((60.0, 0.5), (120.0, 1.5))),
+        growing(100, ((60.0, 0.5), (120.0, 2.5))),
+        flight(101, 1.5, decoy=True, manoeuvre='mixed'),
     ]
     done = Evaluated(flights, 'process and Landlock 7', {'d': 1.0})
     return report.report(done, suite='s', seed=1, split='test', stored=False, wall_s=2.0)
@@ -161,7 +247,7 @@ def test_the_report_is_complete_json_and_repeats_the_flights(tmp_path: Path) -> 
     text = (tmp_path / 'evaluation.json').read_text('utf-8')
     read = json.loads(text)
     assert set(read) == set(made)
-    assert len(read['flights']) == 14
+    assert len(read['flights']) == 15
     again = [FlightResult.from_plain(plain) for plain in read['flights']]
     first, *_ = summary.summary(again, {'d': 1.0}, seed=1).values()
     assert first['auc'] == made['detectors']['d']['auc']
@@ -175,9 +261,26 @@ def test_tables_pictures_and_page_are_made_from_the_file(tmp_path: Path) -> None
     console = Console(record=True, width=120)
     for table in report.tables(read):
         console.print(table)
-    assert 'K = 0.05' in console.export_text()
+    shown = console.export_text()
+    assert 'K = 0.05' in shown
+    (row,) = (line for line in shown.splitlines() if 'as long with an alarm' in line)
+    assert '1 of 1' in row
     for name in pictures.save_pictures(read, tmp_path):
         assert (tmp_path / name).read_bytes().startswith(b'\x89PNG')
     text = page.tables(read)
     assert '| `d` |' in text or '`d`' in text
+    assert 'alarm in 1 of 1 decoys' in text
     assert 'nan' not in text.lower().replace('manoeuvre', '')
+
+
+def test_tables_and_pictures_leave_out_what_is_not_known(tmp_path: Path) -> None:
+    flights = [flight(8, 0.5, 0.05), growing(100, ((60.0, 0.5),))]
+    done = Evaluated(flights, 'process', {'d': 1.0})
+    report.save(report.report(done, suite='s', seed=1, split='test', stored=False, wall_s=2.0),
+                tmp_path)  # fmt: skip
+    read = json.loads((tmp_path / 'evaluation.json').read_text('utf-8'))
+    assert report.cells(read['detectors']['d'])['smallest crack found, no false alarm'] == '-'
+    text = page.tables(read)
+    assert '| 0 false alarms per hour | - |' in text
+    assert '0 of 0 found' not in text
+    assert pictures.save_pictures(read, tmp_path)

@@ -39,8 +39,11 @@ class LoadGrid:
         if array.ndim != 2 or array.shape[1] != 2:
             raise RotorError(f'a load grid is an array of shape (points, 2), not {array.shape}')
         grid = cls()
+        if (np.abs(array) <= LOAD_LIMIT_M_S2).all():
+            grid._points = [(load_y, load_z) for load_y, load_z in array.tolist()]
+            return grid
         for k, (load_y, load_z) in enumerate(array.tolist()):
-            grid.append(k, load_y, load_z)
+            grid.append(k, load_y, load_z)  # says which point is impossible
         return grid
 
     @property

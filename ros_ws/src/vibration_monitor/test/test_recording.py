@@ -42,6 +42,20 @@ def test_what_is_written_is_read(tmp_path: Path, write: object) -> None:
     assert sum(counts.values()) == len(sent)
 
 
+def test_an_uncompressed_file_says_the_same(tmp_path: Path) -> None:
+    compressed = single(tmp_path / 'small.mcap')
+    with RecordingWriter.single_file(tmp_path / 'plain.mcap', compress=False) as writer:
+        for sent in made_up_run(40):
+            writer.write(sent.topic, sent.data, sent.stamp_ns, sent.stamp_ns)
+    plain, small = Recording(tmp_path / 'plain.mcap'), Recording(compressed)
+    assert list(plain.messages()) == list(small.messages())
+    for path, compression in ((compressed, 'lz4'), (tmp_path / 'plain.mcap', '')):
+        with path.open('rb') as file:
+            summary = make_reader(file).get_summary()
+        assert summary is not None
+        assert {index.compression for index in summary.chunk_indexes} == {compression}
+
+
 def test_publish_time_is_kept_apart(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / 'bag') as writer:
         writer.write(topics.WAVEFORM, block_bytes(0), 5, 7)

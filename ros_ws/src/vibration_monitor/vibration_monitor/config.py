@@ -9,7 +9,7 @@ from typing import Literal, Self
 import pydantic
 
 from rotor_interfaces.config import ConfigModel, quantity
-from vibration_monitor.crack import CRACK_ORDERS, PROBES, CrackConfig
+from vibration_monitor.crack_model import CRACK_ORDERS, PROBES, CrackConfig
 from vibration_monitor.names import (
     EXTRAS,
     channel_indicators,

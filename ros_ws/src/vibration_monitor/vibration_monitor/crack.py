@@ -2,54 +2,38 @@
 # SPDX-License-Identifier: Apache-2.0
 """How deep a crack would have to be to explain what the probes say: an estimate of K = dk/k.
 
-Method: equivalent loads (Markert, Platz and Seidler, International Journal of Rotating Machinery 7
-(2001) 311-321). The motion of the disk and of both bearings is measured, so the equation of the
-disk alone, (5a-b) of Hou et al. 2016, gives the force that the sound shaft leaves unexplained,
-whatever the bearings, their clearance and the unbalance do. At order n and over the stiffness k:
-
-    q_n = (1 + 4 i xi n w^2/W) b_n - (2 n^2 w^2/W) x_n,   b = 2 x - x_1 - x_2,   W = w_c0^2 = 2k/m
-
-A crack at the angle beta that breathes with the measured orbit adds K p_n(beta), where p is f of
-eq. (4) times the measured bend, turned as in eq. (3). In slow motion p_n = share_n b_0
-exp(i n beta) with the static bend b_0: forward 1/4 at 2x, whatever the half angle, and 0.113 at 3x.
-So a crack's q_n grows with the load, whereas a misalignment's force and a probe's runout stay:
+`crack_model` turns every window into equivalent loads q_n at 2x and 3x and into p_n(beta), what a
+crack of K = 1 would do. A crack's q_n grows with the load, whereas a misalignment's force and a
+probe's runout stay:
 
     q_n = constant (runout, misalignment) + runout (w^2) + K p_n(beta)
 
 is fitted by least squares over the last minute; the manoeuvre is the test signal. Both orders must
-show the same crack. In level flight only the difference from reference flights is left.
+speak for the crack. In level flight only the difference from reference flights is left.
 """
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping
+from collections import deque
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
-import pydantic
 from numpy.typing import NDArray
 
-from rotor_interfaces.config import ConfigModel, quantity
-from vibration_monitor.errors import MonitorError
-
-PROBES = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
-"""Displacements that the estimate needs, in the order of `CrackWindow`."""
-
-ORBIT_ORDERS = (1.0, 2.0, 3.0)
-"""Orders that the orbit is made of."""
-
-CRACK_ORDERS = (2.0, 3.0)
-
-_ANGLES = 2.0 * np.pi * np.arange(48) / 48
-_BETAS = 2.0 * np.pi * np.arange(36) / 36
-_WAVES = np.exp(-1j * np.outer(CRACK_ORDERS, _ANGLES))
-_ORBIT = np.exp(1j * np.outer(ORBIT_ORDERS, _ANGLES))
-
-_SPEED_SCALE_RAD_S = 400.0
-
-_NOISE_M, _RELATIVE_ERROR = 1e-8, 0.02
-"""Errors of q_n: the probes' noise in a window, and what scale errors and transients make of it."""
+from vibration_monitor.crack_model import (
+    BETAS_RAD,
+    CRACK_ORDERS,
+    NOISE_M,
+    Complex,
+    CrackConfig,
+    CrackWindow,
+    Real,
+    drift_terms,
+    equivalent_loads,
+    unit_crack,
+)
+from vibration_monitor.trend import overlap_inflation
 
 _LEAST_ERROR_M = 1e-10
 """Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
@@ -63,106 +47,16 @@ _CERTAINTY = 4.0
 _LEVEL_ERROR_M = 2e-8
 """What the constant terms may change from flight to flight without any fault."""
 
-_STIFFNESS_SPREAD = 0.03
-"""Standard deviation of W about its design value, relative; the ball-pass line refines it."""
-
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
-
-
-class CrackBaseline(ConfigModel):
-    """What healthy reference flights of one machine teach, see `learn_baseline`."""
-
-    rigid_critical_speeds_rad_s: tuple[float, float] = pydantic.Field(
-        description='measured sqrt(2k/m) in the directions y and z, rad/s'
-    )
-    constant_y_m: tuple[float, ...] = pydantic.Field(
-        min_length=4,
-        max_length=4,
-        description='real parts of q: constant at 2x and 3x, then growth by (w/400)^2, m',
-    )
-    constant_z_m: tuple[float, ...] = pydantic.Field(
-        min_length=4, max_length=4, description='imaginary parts of the same, m'
-    )
-
-    def terms(self) -> NDArray[np.complex128]:
-        """Return the constant terms and those with the square of the speed, (2, 2), by order."""
-        flat = np.array(self.constant_y_m) + 1j * np.array(self.constant_z_m)
-        return flat.reshape(2, 2)
-
-
-class CrackConfig(ConfigModel):
-    """What the crack estimate must know of the rotor."""
-
-    rigid_critical_speed_rad_s: float = quantity(
-        math.sqrt(2 * 2.5e7 / 32.1),
-        unit='rad/s',
-        gt=0.0,
-        le=1e5,
-        description='critical speed sqrt(2k/m) of the sound rotor on rigid bearings',
-    )
-    damping_ratio: float = quantity(
-        0.01, unit='1', ge=0.0, le=0.5, description='xi of the shaft damping 2 xi m w'
-    )
-    crack_half_angle_rad: float = quantity(
-        math.pi / 6, unit='rad', ge=0.01, le=math.pi / 2, description='alpha of the breathing'
-    )
-    memory_s: float = quantity(
-        60.0, unit='s', ge=5.0, le=3600.0, description='time constant of the forgetting'
-    )
-    settle_s: float = quantity(
-        10.0, unit='s', ge=0.0, le=600.0, description='time before the first estimate'
-    )
-    baseline: CrackBaseline | None = pydantic.Field(
-        default=None, description='what reference flights taught (rotor-rig baseline); optional'
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class CrackWindow:
-    """What one window of revolutions says, for PROBES; SI, phases relative to shaft angle 0.
-
-    `mean` (6,) in m; `vectors` (6, 3) in m at ORBIT_ORDERS, `ball_pass` (6,) in m at the ball-pass
-    order; `step_s` is the time since the window before.
-    """
-
-    speed_rad_s: float
-    step_s: float
-    mean: NDArray[np.float64]
-    vectors: NDArray[np.complex128]
-    ball_pass: NDArray[np.complex128]
-
-    @classmethod
-    def of(cls, indicators: Mapping[str, float], hop_revolutions: int) -> Self:
-        """Return the window that these indicators of the monitor describe; NaN where one lacks."""
-
-        def vector(channel: str, order: str) -> complex:
-            amplitude = indicators.get(f'{channel}/amplitude_{order}', math.nan)
-            phase = indicators.get(f'{channel}/phase_{order}', math.nan)
-            return amplitude * complex(math.cos(phase), math.sin(phase))
-
-        speed_rad_s = indicators.get('speed_rad_s', math.nan)
-        tracked = [f'order_{order:g}' for order in ORBIT_ORDERS]
-        return cls(
-            speed_rad_s=speed_rad_s,
-            step_s=2.0 * math.pi * hop_revolutions / speed_rad_s,
-            mean=np.array([indicators.get(f'{name}/mean', math.nan) for name in PROBES]),
-            vectors=np.array([[vector(name, order) for order in tracked] for name in PROBES]),
-            ball_pass=np.array([vector(name, 'ball_pass') for name in PROBES]),
-        )
-
-    def equivalent_loads(self, config: CrackConfig) -> Complex:
-        """Return the forward parts of q at CRACK_ORDERS, (2,) in m, for the design stiffness."""
-        rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
-        return _loads(self, rigid, config.damping_ratio)[0]
+_PERSISTENCE_REVOLUTIONS = 160
+"""An estimate is the one that says least of the estimates over so many revolutions."""
 
 
 @dataclass(frozen=True)
 class CrackEstimate:
     """Crack stiffness ratio K that explains the last minute; NaN where nothing can be said.
 
-    `lowest` is what K is at least (4 standard errors, both orders); negative where there is no
-    evidence. `angle_rad` is the crack's axis from the mark of angle 0 (beta).
+    `lowest` is what K is at least (4 standard errors, the lesser of both orders); negative where
+    there is no evidence. `angle_rad` is the crack's axis from the mark of angle 0 (beta).
     """
 
     ratio: float
@@ -185,51 +79,19 @@ class CrackFindings:
     by_reference: CrackEstimate = UNKNOWN
 
 
-def learn_baseline(
-    windows: Iterable[CrackWindow], config: CrackConfig, ball_pass_order: float
-) -> CrackBaseline:
-    """Return what healthy windows, of different loads and speeds, teach about one machine.
-
-    The shaft's stiffness comes from the ball-pass line, which no fault of the shaft drives: there
-    q = 0, so (W/2 + 2 i xi n w^2) b = n^2 w^2 x, in each direction (this takes up the errors of the
-    probes' scales as well). The constant terms come from the fit above with K = 0.
-
-    Raises:
-        MonitorError: there is no window with all six probes.
-
-    """
-    known = [
-        window for window in windows if _is_complete(window) and np.isfinite(window.ball_pass).all()
-    ]
-    if not known:
-        raise MonitorError(
-            'the reference flights hold no whole window with all of ' + ', '.join(PROBES)
-        )
-    rigid = _rigid_squares(known, config, ball_pass_order)
-    fit = _Fit()
-    for window in known:
-        loads, weights = _loads(window, rigid, config.damping_ratio)
-        none = np.zeros((len(CRACK_ORDERS), len(_BETAS)), np.complex128)
-        fit.add(_drift(window), none, loads, weights=weights, keep=1.0)
-    constant = fit.constant_terms().T.reshape(-1)
-    return CrackBaseline(
-        rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
-        constant_y_m=tuple(constant.real.tolist()),
-        constant_z_m=tuple(constant.imag.tolist()),
-    )
-
-
 class CrackEstimator:
     """Estimates K window after window; forgets with the time constant `memory_s`.
 
     A second memory of a quarter of that follows a crack that grows, or comes at once; of the two,
-    the estimate with the higher lower bound holds. `inflation` is how many times larger a variance
-    is because the windows overlap.
+    the estimate with the higher lower bound holds. What is given is the estimate that says least of
+    those over 160 revolutions; they must lie within half of `memory_s`.
     """
 
-    def __init__(self, config: CrackConfig, inflation: float = 1.0) -> None:
+    def __init__(
+        self, config: CrackConfig, *, window_revolutions: int, hop_revolutions: int
+    ) -> None:
         self.config = config
-        self._inflation = inflation
+        self._inflation = overlap_inflation(window_revolutions, hop_revolutions)
         self._rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
         self._constant: Complex | None = None
         if config.baseline is not None:
@@ -238,90 +100,70 @@ class CrackEstimator:
         self._by_load = {config.memory_s: _Fit(), 0.25 * config.memory_s: _Fit()}
         self._by_reference = _Fit(drifts=False)
         self._time_s = 0.0
+        count = math.ceil(_PERSISTENCE_REVOLUTIONS / hop_revolutions)
+        self._recent: deque[tuple[float, CrackFindings]] = deque(maxlen=count)
 
     def update(self, window: CrackWindow) -> CrackFindings:
-        """Take the next window; return what is known now."""
-        if not _is_complete(window):
+        """Take the next window; return what is known now, nothing where a probe said nothing."""
+        self._age(window.step_s)
+        if not window.is_complete():
             return CrackFindings()
-        loads, weights = _loads(window, self._rigid, self.config.damping_ratio)
-        unit = _unit_crack(window, self.config.crack_half_angle_rad)
-        drift = _drift(window)
-        for memory_s, fit in self._by_load.items():
-            keep = math.exp(-window.step_s / memory_s)
-            fit.add(drift, unit, loads, weights=weights, keep=keep)
-        if self._constant is not None:
-            keep = math.exp(-window.step_s / self.config.memory_s)
-            rest = loads - drift @ self._constant
-            self._by_reference.add(drift, unit, rest, weights=weights, keep=keep)
-        self._time_s += window.step_s
+        self._add(window)
         if self._time_s < self.config.settle_s:
             return CrackFindings()
+        self._recent.append((self._time_s, self._judge()))
+        return self._least()
+
+    def _age(self, step_s: float) -> None:
+        if math.isnan(step_s):  # without a speed
+            return
+        self._time_s += step_s
+        for memory_s, fit in self._by_load.items():
+            fit.age(math.exp(-step_s / memory_s))
+        self._by_reference.age(math.exp(-step_s / self.config.memory_s))
+
+    def _add(self, window: CrackWindow) -> None:
+        if self.config.baseline is not None:
+            window = self.config.baseline.corrected(window)
+        loads, weights = equivalent_loads(window, self._rigid, self.config.damping_ratio)
+        unit = unit_crack(window, self.config.crack_half_angle_rad)
+        drift = drift_terms(window)
+        for fit in self._by_load.values():
+            fit.add(drift, unit, loads, weights)
+        if self._constant is not None:
+            self._by_reference.add(drift, unit, loads - drift @ self._constant, weights)
+
+    def _judge(self) -> CrackFindings:
         both = [fit.judge(0.0, self._inflation) for fit in self._by_load.values()]
         by_load = max(both, key=lambda estimate: estimate.lowest)
         if self._constant is None:
             return CrackFindings(by_load)
         return CrackFindings(by_load, self._by_reference.judge(_LEVEL_ERROR_M, self._inflation))
 
-
-def _loads(window: CrackWindow, rigid: Real, damping_ratio: float) -> tuple[Complex, Real]:
-    """Return the forward equivalent loads q (2,) in m and their weights.
-
-    q is the difference of two terms; where these are large (near a resonance) so are its errors.
-    """
-    vectors = window.vectors[:, 1:]
-    square = window.speed_rad_s**2
-    orders = np.array(CRACK_ORDERS)[:, np.newaxis]
-    damping = 1.0 + 4.0j * damping_ratio * orders * square / rigid
-    inertia = 2.0 * orders**2 * square / rigid * vectors[:2].T
-    q = damping * _bend(vectors).T - inertia
-    errors = _RELATIVE_ERROR / _NOISE_M * np.abs(inertia).max(axis=1)
-    return 0.5 * (q[:, 0] + 1j * q[:, 1]), 1.0 / (1.0 + errors**2)
+    def _least(self) -> CrackFindings:
+        while self._time_s - self._recent[0][0] > 0.5 * self.config.memory_s:
+            self._recent.popleft()
+        if len(self._recent) < (self._recent.maxlen or 1):
+            return CrackFindings()
+        findings = [finding for _, finding in self._recent]
+        return CrackFindings(
+            min((each.by_load for each in findings), key=_lowest),
+            min((each.by_reference for each in findings), key=_lowest),
+        )
 
 
-def _drift(window: CrackWindow) -> Real:
-    """Return what runout and misalignment go with: a constant, and the square of the speed."""
-    return np.array([1.0, (window.speed_rad_s / _SPEED_SCALE_RAD_S) ** 2])
-
-
-def _unit_crack(window: CrackWindow, half_angle: float) -> Complex:
-    """Return the forward load of a crack of K = 1 at each of _BETAS, (2, betas) in m.
-
-    f cos^2 and f sin cos of eq. (3) and (4) over one turn of the measured orbit.
-    """
-    motion = window.mean[:, np.newaxis] + (window.vectors @ _ORBIT).real
-    y, z = motion[:2]
-    bend_y, bend_z = _bend(motion)
-    psi = _ANGLES + _BETAS[:, np.newaxis]
-    opening = np.arcsin(np.clip(np.cos(psi - np.arctan2(z, y)), -1.0, 1.0))
-    swing = np.clip(opening / half_angle, -1.0, 1.0)
-    f = 0.5 * (1.0 + np.sin(0.5 * np.pi * swing))
-    along = f * (np.cos(psi) * bend_y + np.sin(psi) * bend_z)
-    forward = along * (np.cos(psi) + 1j * np.sin(psi))  # y + i z of the load
-    return np.asarray((_WAVES @ forward.T) / len(_ANGLES))
-
-
-def _rigid_squares(windows: list[CrackWindow], config: CrackConfig, order: float) -> Real:
-    """Return W of both directions, (rad/s)^2; the design value is the prior."""
-    square = np.array([window.speed_rad_s**2 for window in windows])[:, np.newaxis]
-    b = np.array([_bend(window.ball_pass) for window in windows])
-    x = np.array([window.ball_pass[:2] for window in windows]) * order**2 * square
-    x = x - 2.0j * config.damping_ratio * order * square * b
-    design = config.rigid_critical_speed_rad_s**2
-    power = (np.abs(b) ** 2).sum(axis=0)
-    half = (np.conj(b) * x).real.sum(axis=0) / power
-    noise = (np.abs(x - half * b) ** 2).sum(axis=0) / len(windows)
-    prior = noise / (0.5 * _STIFFNESS_SPREAD * design) ** 2
-    return np.asarray(2.0 * (half * power + 0.5 * design * prior) / (power + prior))
+def _lowest(estimate: CrackEstimate) -> float:
+    return estimate.lowest
 
 
 class _Fit:
-    """Weighted least squares of q on drift terms and the crack at each of _BETAS; it forgets.
+    """Weighted least squares of q on drift terms and the crack at each of BETAS_RAD; it forgets.
 
     All sums are by order; `drifts` False leaves out the drift terms.
     """
 
     def __init__(self, *, drifts: bool = True) -> None:
-        orders, terms, betas = len(CRACK_ORDERS), 2, len(_BETAS)
+        orders, terms, betas = len(CRACK_ORDERS), 2, len(BETAS_RAD)
         self._drifts = drifts
         self._windows = 0.0
         self._sums: list[NDArray[Any]] = [
@@ -334,11 +176,14 @@ class _Fit:
             np.zeros((orders, betas)),  # crack with crack
         ]
 
-    def add(
-        self, drift: Real, unit: Complex, loads: Complex, *, weights: Real, keep: float
-    ) -> None:
-        """Take a window after multiplying the weight of all before by `keep`."""
-        self._windows = keep * self._windows + 1.0
+    def age(self, keep: float) -> None:
+        """Multiply the weight of all windows so far by `keep`."""
+        self._windows *= keep
+        self._sums = [keep * each for each in self._sums]
+
+    def add(self, drift: Real, unit: Complex, loads: Complex, weights: Real) -> None:
+        """Take a window."""
+        self._windows += 1.0
         new = [
             weights,
             weights[:, None, None] * np.outer(drift, drift),
@@ -348,12 +193,7 @@ class _Fit:
             (weights * loads)[:, None] * np.conj(unit),
             weights[:, None] * np.abs(unit) ** 2,
         ]
-        self._sums = [keep * old + now for old, now in zip(self._sums, new, strict=True)]
-
-    def constant_terms(self) -> Complex:
-        """Return the drift's coefficients without a crack, (orders, terms)."""
-        _, _, with_load, *_ = self._sums
-        return np.asarray((self._drift_inverse() @ with_load[:, :, None])[:, :, 0])
+        self._sums = [old + now for old, now in zip(self._sums, new, strict=True)]
 
     def _drift_inverse(self) -> Real:
         """Return the inverse of the drift's normal matrix, (orders, terms, terms).
@@ -363,7 +203,7 @@ class _Fit:
         """
         weight, square, *_ = self._sums
         prior = np.zeros_like(square)
-        prior[:, 1, 1] = (_NOISE_M / _RUNOUT_SPREAD_M) ** 2 + 1e-12 * weight
+        prior[:, 1, 1] = (NOISE_M / _RUNOUT_SPREAD_M) ** 2 + 1e-12 * weight
         return np.asarray(np.linalg.inv(square + prior))
 
     def judge(self, error_m: float, inflation: float) -> CrackEstimate:
@@ -376,28 +216,21 @@ class _Fit:
             turned = inverse @ with_crack
             left = left - (np.conj(with_crack) * turned).sum(axis=1).real
             right = right - (np.conj(with_crack) * explained).sum(axis=1)
-        # what rounding leaves of two equal sums must not divide
+        # what rounding leaves of two equal sums must not divide; nor a crack that never opens
         left = np.maximum(left, 1e-12 * self._sums[-1] + 1e-300)
+        size = np.sqrt(np.maximum(self._sums[-1] / weight[:, None], 1e-300))
+        # what does not lie along the crack's axis counts as error
         ratio = right / left
-        rest = power[:, None] - np.abs(ratio) ** 2 * left
+        rest = power[:, None] - ratio.real**2 * left
         rest = np.maximum(rest, _LEAST_ERROR_M**2 * weight[:, None])
         degrees = max(self._windows - 3.0 * inflation, 1.0)
-        size = np.sqrt(self._sums[-1] / weight[:, None])
-        doubt = _CERTAINTY * np.sqrt(inflation * rest / degrees / left) + error_m / size
-        lowest = (ratio.real - doubt).min(axis=0)
+        # half of the rest is real: `rest` sums real and imaginary parts
+        variance = inflation * 0.5 * rest / degrees / left
+        lowest = (ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size).min(axis=0)
         best = int(np.argmax(lowest))
-        angle = float(_BETAS[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
+        angle = float(BETAS_RAD[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
         return CrackEstimate(
             ratio=float(ratio[:, best].real.min()),
             lowest=float(lowest[best]),
             angle_rad=math.remainder(angle, 2.0 * math.pi),
         )
-
-
-def _bend(values: NDArray[Any]) -> NDArray[Any]:
-    """Return b = 2 x - x_1 - x_2 in both directions; (2, ...) of (6, ...)."""
-    return np.asarray(2.0 * values[:2] - values[2:4] - values[4:])
-
-
-def _is_complete(window: CrackWindow) -> bool:
-    return bool(np.isfinite(window.mean).all() and np.isfinite(window.vectors).all())

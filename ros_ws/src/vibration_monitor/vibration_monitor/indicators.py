@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from rotor_interfaces.waveform import CHANNEL_COLUMNS
 from vibration_monitor.config import MonitorConfig
-from vibration_monitor.crack import CrackEstimator, CrackWindow
+from vibration_monitor.crack import CrackEstimator
+from vibration_monitor.crack_model import CrackWindow
 from vibration_monitor.envelope import envelope_spectrum
 from vibration_monitor.names import (
     CRACK_INDICATORS,
@@ -116,8 +117,12 @@ class Analyser:
         self._trend_orders = [self._orders.index(n) for n in TREND_ORDERS if n in config.orders]
         inflation = overlap_inflation(config.window_revolutions, config.hop_revolutions)
         self._trend = LoadTrend(config.trend_windows, inflation)
-        self._last_start = -math.inf
-        self._crack = CrackEstimator(config.crack, inflation)
+        self._last_start: int | None = None
+        self._crack = CrackEstimator(
+            config.crack,
+            window_revolutions=config.window_revolutions,
+            hop_revolutions=config.hop_revolutions,
+        )
 
     def analyse(self, window: Window) -> tuple[Array, OrderSpectrum | None]:
         """Return the values of `names` and, if wanted, the order spectrum of a window.
@@ -155,7 +160,8 @@ class Analyser:
         for plane in self._planes:
             values += self._plane_values(plane, vectors)
         if 'crack' in self._extras:
-            values[3:3] = self._crack_values(values)
+            values[3:3] = self._crack_values(values, self._step_revolutions(window.start))
+        self._last_start = window.start
         spectrum = None
         if tracked is not None and 'spectrum' in self._extras:
             spectrum = self._spectrum(window, tracked, speed_rad_s)
@@ -197,8 +203,8 @@ class Analyser:
         vectors: NDArray[np.complex128],
     ) -> None:
         """Add the indicators that look back over the windows before."""
-        broken = start - self._last_start != self._config.hop_revolutions
-        self._last_start = start
+        last = self._last_start
+        broken = last is None or start - last != self._config.hop_revolutions
         for order, tracker in self._passages.items():
             if broken:
                 tracker.forget()
@@ -224,11 +230,17 @@ class Analyser:
             values += [shape.turns, shape.crossings, shape.axis_ratio]
         return values
 
-    def _crack_values(self, others: list[float]) -> list[float]:
+    def _step_revolutions(self, start: int) -> int:
+        """Return the revolutions since the window before; one hop where the angle began anew."""
+        if self._last_start is None or start <= self._last_start:
+            return self._config.hop_revolutions
+        return start - self._last_start
+
+    def _crack_values(self, others: list[float], step_revolutions: int) -> list[float]:
         """Return the indicators of the crack, which follow from all others."""
         names = (name for name in self.names if name not in CRACK_INDICATORS)
         known = dict(zip(names, others, strict=True))
-        findings = self._crack.update(CrackWindow.of(known, self._config.hop_revolutions))
+        findings = self._crack.update(CrackWindow.of(known, step_revolutions))
         found = findings.by_load
         return [found.ratio, found.lowest, found.angle_rad, findings.by_reference.lowest]
 

@@ -35,6 +35,10 @@ _FIRST_PULSES = 6
 _FIRST_SLACK = 0.15
 
 Array = NDArray[np.float64]
+Curve = tuple[float, float, float, float, float, float, float]
+"""A cubic by time in Newton's form, see `_curve`."""
+
+_NO_CURVE: Curve = (math.nan,) * 7
 
 
 @dataclass
@@ -61,7 +65,8 @@ class KeyphasorAngle:
         self._samples = 0
         self._known = 0
         """Samples whose angle has been returned."""
-        self._ready: list[Array] = []
+        self._ready: list[tuple[int, Curve]] = []
+        """How many samples lie on which curve, of those known and not returned."""
         self._next_turn = revolution - 1
         self._start_search()
 
@@ -85,7 +90,12 @@ class KeyphasorAngle:
 
     def _take_ready(self) -> Array:
         ready, self._ready = self._ready, []
-        return np.concatenate(ready) if ready else np.empty(0)
+        if not ready:
+            return np.empty(0)
+        counts = [count for count, _ in ready]
+        samples = np.arange(self._known - sum(counts), self._known, dtype=np.float64)
+        curves = np.array([curve for _, curve in ready])
+        return _angles(samples, np.repeat(curves.T, counts, axis=1))
 
     def _take_chunk(self) -> None:
         for time in self._finder.find(self._chunk):
@@ -168,8 +178,7 @@ class KeyphasorAngle:
         first = math.ceil(self._times[1]) - (not self._placed)
         self._placed = True
         self._fill(first)
-        samples = np.arange(first, last, dtype=np.float64)
-        self._ready.append(_cubic(samples, self._times, self._turns))
+        self._ready.append((last - first, _curve(self._times, self._turns)))
         self._known = last
         self._next_turn = self._turns[2]
         del self._times[0], self._turns[0]
@@ -177,11 +186,11 @@ class KeyphasorAngle:
     def _fill(self, end: int) -> None:
         """Say of the samples before `end` that they have no angle."""
         if end > self._known:
-            self._ready.append(np.full(end - self._known, math.nan))
+            self._ready.append((end - self._known, _NO_CURVE))
             self._known = end
 
 
-def _cubic(samples: Array, times: list[float], turns: list[int]) -> Array:
+def _curve(times: list[float], turns: list[int]) -> Curve:
     """Return the cubic through four pulses (Newton's form, from the second pulse on)."""
     t0, t1, t2, t3 = times
     r0, r1, r2, r3 = turns
@@ -193,8 +202,14 @@ def _cubic(samples: Array, times: list[float], turns: list[int]) -> Array:
     second_120 = (first_20 - first_12) / (t0 - t1)
     second_203 = (first_03 - first_20) / (t3 - t2)
     third = (second_203 - second_120) / (t3 - t1)
-    x = samples - t1
-    angle: Array = r1 + x * (first_12 + (x - (t2 - t1)) * (second_120 + (x - (t0 - t1)) * third))
+    return t1, t2 - t1, t0 - t1, r1, first_12, second_120, third
+
+
+def _angles(samples: Array, curves: Array) -> Array:
+    """Return the angle of each sample on its own curve; `curves` is (7, samples)."""
+    start, to_next, to_last, turn, first, second, third = curves
+    x = samples - start
+    angle: Array = turn + x * (first + (x - to_next) * (second + (x - to_last) * third))
     return angle
 
 
@@ -225,14 +240,16 @@ class _PulseFinder:
         centre is that of the area over the base line, with half its width and two samples more on
         both sides.
         """
-        base, height = self._levels(chunk)
-        self._data = np.concatenate((self._data, np.where(np.isfinite(chunk), chunk, base)))
+        present = np.isfinite(chunk)
+        base, height = self._levels(chunk[present])
+        self._data = np.concatenate((self._data, np.where(present, chunk, base)))
         over = self._data - base
+        places = np.arange(len(over), dtype=np.float64)
         length = len(over)
         pulses = []
         pending = length
         found = _regions(over, _OFF * height, _ON * height) if height > 0 else []
-        for index, (start, end) in enumerate(found):
+        for index, (start, end, top) in enumerate(found):
             if self._first + start < self._done:
                 continue
             beyond = (end - start) // 2 + 2
@@ -246,8 +263,8 @@ class _PulseFinder:
             before = max(start - beyond, found[index - 1][1] if index else 0)
             after = min(end + beyond, found[index + 1][0] if index + 1 < len(found) else length)
             area = over[before:after]
-            centre = np.sum(area * np.arange(before, after)) / np.sum(area)
-            self._heights.append(float(np.max(over[start:end])))
+            centre = float((area * places[before:after]).sum() / area.sum())
+            self._heights.append(top)
             pulses.append(self._first + float(min(max(centre, start), end - 1)))
         if length and over[-1] > _OFF * height > 0:
             # the start of a pulse that has not reached its height
@@ -259,14 +276,13 @@ class _PulseFinder:
         self._first += keep
         return pulses
 
-    def _levels(self, chunk: Array) -> tuple[float, float]:
+    def _levels(self, finite: Array) -> tuple[float, float]:
         """Return the base line and the height of the pulses; height 0 where there is but noise."""
-        finite = chunk[np.isfinite(chunk)]
         if len(finite):
             middle = _middle_of(finite)
             self._middles.append(middle)
-            self._depths.append(middle - float(np.min(finite)))
-            self._tops.append(float(np.max(finite)))
+            self._depths.append(middle - float(finite.min()))
+            self._tops.append(float(finite.max()))
         if not self._middles:
             return 0.0, 0.0
         base = statistics.median(self._middles)
@@ -281,12 +297,14 @@ class _PulseFinder:
 def _middle_of(values: Array) -> float:
     """Return the median as numpy does, without the checks that take longer than the search."""
     half = len(values) // 2
-    around = [half - 1, half] if len(values) % 2 == 0 else [half]
-    return float(np.mean(np.partition(values, around)[around]))
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    parted = np.partition(values, (half - 1, half))
+    return float((parted[half - 1] + parted[half]) / 2.0)
 
 
-def _regions(values: Array, low: float, high: float) -> list[tuple[int, int]]:
-    """Return start and end (exclusive) of the runs above `low` that go above `high`."""
+def _regions(values: Array, low: float, high: float) -> list[tuple[int, int, float]]:
+    """Return start, end (exclusive) and top of the runs above `low` that go above `high`."""
     padded = np.zeros(len(values) + 2, np.int8)
     padded[1:-1] = values > low
     edges = np.flatnonzero(np.diff(padded))
@@ -294,5 +312,5 @@ def _regions(values: Array, low: float, high: float) -> list[tuple[int, int]]:
         return []
     # the largest value from each edge to the next: within a run, between two runs, and so on
     tops = np.maximum.reduceat(values, edges[edges < len(values)])[::2]
-    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), tops, strict=True)
-    return [(start, end) for start, end, top in runs if top >= high]
+    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), tops.tolist(), strict=True)
+    return [(start, end, top) for start, end, top in runs if top >= high]

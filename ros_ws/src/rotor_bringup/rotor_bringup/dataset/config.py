@@ -63,7 +63,10 @@ class Group(ConfigModel):
     healthy: int = quantity(unit='1', description='healthy test flights a machine', ge=0, le=100)
     cracked: int = quantity(unit='1', description='cracked test flights a machine', ge=0, le=100)
     growing: int = quantity(
-        unit='1', description='flights a machine with a growing crack', ge=0, le=10
+        unit='1',
+        description='flights a machine with a growing crack, each beside a healthy one as long',
+        ge=0,
+        le=10,
     )
     held_out: bool = pydantic.Field(description='whether it flies the held-out families')
     noise: tuple[NoisePreset, ...] = _levels('noise presets, dealt to the machines in turn')
@@ -84,6 +87,10 @@ class MachineDraws(ConfigModel):
     clearances_m: tuple[float, ...] = _levels('clearance ladder, m')
     misalignments_n: tuple[float, ...] = _levels('2x force ladder, N')
     shaft_stiffness_n_m: Range = _range('stiffness of the shaft', 'N/m', ge=1e6, le=1e9)
+    damping_ratio: Range = _range('damping ratio of the shaft', '1', ge=0.0, le=0.5)
+    crack_half_angle_rad: Range = _range(
+        'half angle over which a crack opens', 'rad', ge=0.01, le=1.57
+    )
 
 
 class ChangeDraws(ConfigModel):
@@ -102,6 +109,9 @@ class SensorDraws(ConfigModel):
     )
     probe_scale_error: float = quantity(
         unit='1', description='scale errors of the probes, either side', ge=0.0, le=0.5
+    )
+    probe_bias_m: float = quantity(
+        unit='m', description='bias of the probes, either side', ge=0.0, le=1e-3
     )
     accelerometer_scale_error: float = quantity(
         unit='1', description='scale errors of the accelerometers, either side', ge=0.0, le=0.5
@@ -214,7 +224,8 @@ class SuiteConfig(ConfigModel):
     @pydantic.model_validator(mode='after')
     def _check(self) -> Self:
         flights = sum(
-            group.machines * (len(self.references) + group.healthy + group.cracked + group.growing)
+            group.machines
+            * (len(self.references) + group.healthy + group.cracked + 2 * group.growing)
             for group in self.groups
         )
         if flights > MOST_FLIGHTS:

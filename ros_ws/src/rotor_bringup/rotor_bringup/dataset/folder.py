@@ -33,6 +33,7 @@ COLUMNS = {
     'group': 'group of machines in the suite',
     'crack': 'healthy, constant or growing',
     'crack_stiffness_ratio': 'K = dk/k at the end of the flight',
+    'decoy': 'healthy, but as long as the flights with a growing crack',
     'manoeuvre': 'manoeuvre family',
     'held_out_family': 'whether no flight of the train split is of this family',
     'speed_program': 'course of the speed',
@@ -41,6 +42,8 @@ COLUMNS = {
     'eccentricity_m': 'eccentricity on this flight, m',
     'clearance_m': 'radial clearance on this flight, m',
     'shaft_stiffness_n_m': 'stiffness of the shaft of this machine, each side, N/m',
+    'damping_ratio': 'damping ratio of the shaft of this machine',
+    'crack_half_angle_rad': 'half angle over which the crack (to be) opens, rad',
     'forcing_n': 'force on the disk at twice the speed, as from a misalignment, N',
     'sensor_fault': 'fault of a sensor on this flight, or empty',
     'crack_angle_rad': 'angle from the unbalance to the crack (to be), rad',
@@ -78,8 +81,8 @@ class Folder:
                     f'the folder {self.path} is not empty and holds no data set; give a new folder'
                 )
             remove_unfinished(self.path)
-            _write_whole(self.path / SUITE, json.dumps(self._what, indent=1).encode())
-            _write_whole(self.path / README, _readme(self._what).encode())
+            write_whole(self.path / SUITE, json.dumps(self._what, indent=1).encode())
+            write_whole(self.path / README, _readme(self._what).encode())
             self._read_finished()
         except OSError as error:
             raise DatasetError(
@@ -153,7 +156,7 @@ class Folder:
         table = pa.table(columns, metadata={key: json.dumps(v) for key, v in self._what.items()})
         sink = pa.BufferOutputStream()
         parquet.write_table(table, sink)
-        _write_whole(self.path / MANIFEST, sink.getvalue().to_pybytes())
+        write_whole(self.path / MANIFEST, sink.getvalue().to_pybytes())
         (self.path / JOURNAL).unlink(missing_ok=True)
         remove_unfinished(self.path)
 
@@ -197,7 +200,7 @@ Columns of the manifest:
 """
 
 
-def _write_whole(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes) -> None:
     """Write a file so that it is either there as a whole or not at all."""
     unfinished = path.with_name(path.name + '.tmp')
     with unfinished.open('wb') as file:

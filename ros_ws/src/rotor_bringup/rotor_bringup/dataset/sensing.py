@@ -50,6 +50,7 @@ def _fixed_errors(table: SensorDraws, draw: np.random.Generator) -> Nested:
         ]
         for axis, late in (('y', 0.0), ('z', 0.5 * math.pi)):  # z sees the surface later
             probes[f'{plane}_{axis}'] = {
+                'bias': within(table.probe_bias_m),
                 'scale_error': within(table.probe_scale_error),
                 'cross_axis': within(table.cross_axis),
                 'runout': [

@@ -37,6 +37,8 @@ class Grid:
     confounder: str = 'none'
     crack: Literal['healthy', 'constant', 'growing'] = 'healthy'
     crack_stiffness_ratio: float = 0.0
+    decoy: bool = False
+    """Healthy, and as long as a flight with a growing crack, so that the length says nothing."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class Rotor:
     eccentricity_m: float
     clearance_m: float
     shaft_stiffness_n_m: float
+    damping_ratio: float
+    crack_half_angle_rad: float
     misalignment_n: float
     misalignment_phase_rad: float
     crack_angle_rad: float
@@ -88,7 +92,8 @@ class Flight:
     @property
     def duration_s(self) -> float:
         """Length of the flight, s."""
-        return self.suite.growth_s if self.grid.crack == 'growing' else self.suite.flight_s
+        is_long = self.grid.crack == 'growing' or self.grid.decoy
+        return self.suite.growth_s if is_long else self.suite.flight_s
 
     @property
     def name(self) -> str:
@@ -137,6 +142,7 @@ class Flight:
             'group': rotor.group,
             'crack': grid.crack,
             'crack_stiffness_ratio': grid.crack_stiffness_ratio,
+            'decoy': grid.decoy,
             'manoeuvre': grid.family,
             'held_out_family': grid.family in self.suite.held_out_families,
             'speed_program': grid.speed_program,
@@ -145,6 +151,8 @@ class Flight:
             **dataclasses.asdict(self._change),
             'crack_angle_rad': rotor.crack_angle_rad,
             'shaft_stiffness_n_m': rotor.shaft_stiffness_n_m,
+            'damping_ratio': rotor.damping_ratio,
+            'crack_half_angle_rad': rotor.crack_half_angle_rad,
             'noise': rotor.noise,
             'encoder': rotor.encoder,
             **_load_labels(self.scenario),
@@ -165,6 +173,8 @@ class Flight:
                 'eccentricity_m': change.eccentricity_m,
                 'clearance_m': change.clearance_m,
                 'shaft_stiffness_n_m': self.rotor.shaft_stiffness_n_m,
+                'damping_ratio': self.rotor.damping_ratio,
+                'crack_half_angle_rad': self.rotor.crack_half_angle_rad,
             },
             'crack_growth': [growth] if growing else [],
             'forcing': {
@@ -300,18 +310,23 @@ class _Planner:
             return rows[place * count : (place + 1) * count]
 
         tests = part(self._healthy, group.healthy) + part(self._cracked, group.cracked)
-        order = generator(suite.name, self._seed, machine).permutation(len(tests))
+        long = [
+            grid
+            for (program,) in part(self._growing, group.growing)
+            for grid in self._growing_and_decoy(suite.speed_programs[program])
+        ]
+        draw = generator(suite.name, self._seed, machine)
+        order, long_order = draw.permutation(len(tests)), draw.permutation(len(long))
         return [
             *(Grid('reference', r.family, r.speed_program) for r in suite.references),
             *(tests[i] for i in order),
-            *(
-                Grid(
-                    'test', 'mixed', suite.speed_programs[program], 'none', 'growing',
-                    suite.growth_to,
-                )
-                for (program,) in part(self._growing, group.growing)
-            ),
-        ]  # fmt: skip
+            *(long[i] for i in long_order),
+        ]
+
+    def _growing_and_decoy(self, program: str) -> tuple[Grid, Grid]:
+        """Return a flight with a growing crack, and a healthy one of the same kind and length."""
+        growing = Grid('test', 'mixed', program, 'none', 'growing', self._suite.growth_to)
+        return growing, Grid('test', 'mixed', program, decoy=True)
 
     def _rotor(self, place: int) -> Rotor:
         number, group, table = self._first + place, self._group, self._suite.machine
@@ -327,6 +342,8 @@ class _Planner:
             eccentricity_m=table.eccentricities_m[eccentricity],
             clearance_m=table.clearances_m[clearance],
             shaft_stiffness_n_m=float(draw.uniform(*table.shaft_stiffness_n_m)),
+            damping_ratio=float(draw.uniform(*table.damping_ratio)),
+            crack_half_angle_rad=float(draw.uniform(*table.crack_half_angle_rad)),
             misalignment_n=table.misalignments_n[misalignment],
             misalignment_phase_rad=float(draw.uniform(0.0, 2.0 * np.pi)),
             crack_angle_rad=float(draw.uniform(0.0, 2.0 * np.pi)),

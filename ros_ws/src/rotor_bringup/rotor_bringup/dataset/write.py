@@ -102,7 +102,8 @@ class _FlightFile:
         self._shaft = JointStateBytes(_SHAFT, velocity=True)
         self._truth: JointStateBytes | None = None
         config = {'scenario': scenario.plain(), 'versions': dict(versions)}
-        self._writer = RecordingWriter.single_file(path, config=config)
+        # noise hardly compresses, and trying costs as much as all the rest of writing
+        self._writer = RecordingWriter.single_file(path, config=config, compress=False)
         message = config_message(OFFLINE, config['scenario'], versions)
         self._writer.write(topics.CONFIG, messages.to_cdr(message), self._epoch_ns, self._epoch_ns)
 

@@ -44,8 +44,14 @@ FIT, FLIGHT = b'fit', b'flight'
 _PR_SET_PDEATHSIG = 1
 
 
+def die_with_parent() -> None:
+    """Ask Linux to kill this process when the one that started it is gone."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 def main() -> None:
     """Serve the orders on standard input, a socket, until it is closed."""
+    die_with_parent()
     control = socket.socket(fileno=0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the evaluation, which ends us
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the processes of machines
@@ -94,7 +100,7 @@ def _run(work: Callable[[], None], *, keep: int) -> NoReturn:
     """Do `work` in a process just forked, with no descriptor open but `keep`, and end it."""
     code = 1
     try:
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        die_with_parent()
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
         for standard in range(3):

@@ -4,7 +4,10 @@
 
 import json
 import os
+import signal
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,11 +20,14 @@ from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.exit_code import ExitCode
 
 if TYPE_CHECKING:
-    from rotor_bringup.evaluation.runner import Evaluated
+    from rotor_bringup.evaluation.outcome import Evaluated
+    from rotor_bringup.evaluation.parts import Parts
     from rotor_bringup.evaluation.suites import Chosen
     from rotor_bringup.evaluation.topic import Node
 
 TOPIC = 'topic:'
+PARTS = 'parts'
+"""Folder of the finished flights, in that of the report."""
 
 console = Console(stderr=True)
 
@@ -65,31 +71,33 @@ def evaluate(
     """Test detectors blind on the flights of a suite."""
     _check(detectors, jobs=jobs, limit=limit)
     _make_folder(out)
+    with _interruptible(out / PARTS):
+        from rotor_bringup.evaluation import parts, pictures, report, suites  # noqa: PLC0415 - slow
+        from rotor_bringup.evaluation.topic import Node  # noqa: PLC0415
 
-    from rotor_bringup.evaluation import isolation, pictures, report, suites  # noqa: PLC0415 - slow
-    from rotor_bringup.evaluation.topic import Node  # noqa: PLC0415
-
-    chosen = suites.load(suite, seed=seed, split=split, limit=limit)
-    nodes = [
-        Node(name.removeprefix(TOPIC), node_command, rate)
-        for name in detectors
-        if name.startswith(TOPIC)
-    ]
-    modules = [name for name in detectors if not name.startswith(TOPIC)]
-    for name in modules:
-        isolation.check_detector_name(name)
-    began = time.perf_counter()
-    done = _evaluated(chosen, modules, nodes, jobs or os.cpu_count() or 1, quiet=as_json)
-    content = report.report(
-        done,
-        suite=chosen.name,
-        seed=chosen.seed,
-        split=split,
-        stored=chosen.folder is not None,
-        wall_s=time.perf_counter() - began,
-    )
-    report.save(content, out)
-    pictures.save_pictures(content, out)
+        chosen = suites.load(suite, seed=seed, split=split, limit=limit)
+        nodes = [
+            Node(name.removeprefix(TOPIC), node_command, rate)
+            for name in detectors
+            if name.startswith(TOPIC)
+        ]
+        modules = [name for name in detectors if not name.startswith(TOPIC)]
+        place = parts.Parts(out / PARTS, parts.key_of(chosen, modules))
+        kept = _kept(place)
+        began = time.perf_counter()
+        done = _evaluated(chosen, modules, nodes, jobs or os.cpu_count() or 1, place, quiet=as_json)
+        content = report.report(
+            done,
+            suite=chosen.config.name,
+            seed=chosen.seed,
+            split=split,
+            stored=chosen.folder is not None,
+            wall_s=time.perf_counter() - began,
+            kept=kept,
+        )
+        report.save(content, out)
+        place.remove()
+        pictures.save_pictures(content, out)
     if as_json:
         head = {key: value for key, value in content.items() if key != 'flights'}
         typer.echo(json.dumps(without_nan(head), indent=2))
@@ -106,8 +114,48 @@ def _check(detectors: list[str], *, jobs: int | None, limit: int | None) -> None
         raise ConfigError(f'detector {repeated[0]!r} is given twice')
 
 
+@contextmanager
+def _interruptible(folder: Path) -> Iterator[None]:
+    """Turn Ctrl-C into a sentence about what `folder` holds; no process is left by then."""
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    except KeyboardInterrupt:
+        so_far = 'there are no finished flights to keep'
+        if any(folder.glob('*.json')):
+            so_far = f'finished flights are kept in {folder}, and the same command goes on there'
+        console.print(f'stopped: {so_far}', soft_wrap=True, highlight=False, markup=False)
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+def _kept(place: 'Parts') -> int:
+    """Say what an earlier run has left and what is not used of it; return the flights kept."""
+    kept, gone = place.clean()
+    if gone:
+        _warn(
+            f'{gone} parts in {place.folder} are thrown away: they are of another suite, seed, '
+            'choice of machines, detector or version of the rig and its packages'
+        )
+    if kept:
+        console.print(
+            f'going on: {kept} flights are finished in {place.folder}',
+            soft_wrap=True,
+            highlight=False,
+            markup=False,
+        )
+    return kept
+
+
 def _evaluated(
-    chosen: 'Chosen', modules: list[str], nodes: list['Node'], jobs: int, *, quiet: bool
+    chosen: 'Chosen',
+    modules: list[str],
+    nodes: list['Node'],
+    jobs: int,
+    place: 'Parts',
+    *,
+    quiet: bool,
 ) -> 'Evaluated':
     """Fly all machines past the detectors in modules, then past each node."""
     from rotor_bringup.evaluation import runner, topic  # noqa: PLC0415 - slow
@@ -119,23 +167,21 @@ def _evaluated(
         def on_flights(_flights: int, seconds: float) -> None:
             bar.advance(bar.task_ids[0], seconds / 3600)
 
-        try:
-            parts = [topic.follow(chosen.machines, n, chosen.source, on_flights) for n in nodes]
-            if modules:
-                flown = runner.evaluate(
+        flown = []
+        if modules:
+            flown = [
+                runner.evaluate(
                     chosen.machines,
                     modules,
                     chosen.source,
                     jobs=jobs,
                     secret=chosen.folder,
+                    parts=place,
                     on_flights=on_flights,
                 )
-                parts.insert(0, flown)
-        except KeyboardInterrupt:
-            bar.stop()
-            console.print('stopped: an evaluation that is not complete leaves nothing')
-            raise typer.Exit(ExitCode.INTERRUPTED) from None
-    return runner.joined(parts)
+            ]
+        flown += [topic.follow(chosen.machines, n, chosen.source, on_flights) for n in nodes]
+    return runner.joined(flown)
 
 
 def _say(content: dict[str, Any], file: Path) -> None:

@@ -96,9 +96,9 @@ class Code:
         self.path = [str(copies)]
 
 
-def check_detector_name(name: str) -> None:
-    """Raise MonitorError or ConfigError where a detector cannot be found; nothing is loaded."""
-    _place_of(_module_of(detector_target(name)))
+def place_of_detector(name: str) -> Path:
+    """Return the file or folder of a detector's code, without importing it; raises as `Code`."""
+    return _place_of(_module_of(detector_target(name)))
 
 
 def _module_of(target: str) -> str:
@@ -154,11 +154,14 @@ class Sandbox:
                 env=environment,
                 start_new_session=True,
             )
-        ready = _receive_line(self._control)
-        if 'ready' not in ready:
-            words = (self._folder / 'server.log').read_text('utf-8', 'replace').strip()
+        try:
+            ready = _receive_line(self._control)
+            if 'ready' not in ready:
+                words = (self._folder / 'server.log').read_text('utf-8', 'replace').strip()
+                raise ProcessError(f'the server of detectors did not start: {words[-300:]}')
+        except BaseException:  # Ctrl-C too
             self.close()
-            raise ProcessError(f'the server of detectors did not start: {words[-300:]}')
+            raise
         self.landlock_version = int(ready['ready'])
 
     def __enter__(self) -> Self:
@@ -211,6 +214,7 @@ class DetectorProcess:
         self._control = control
         self._watch = watch
         self._silence_s = silence_s
+        self._stream: Stream | None = None
         made = _receive_line(control)
         self.failure: str = made.get('failure', '' if made else 'its process died at the start')
         self.alarm_score = float(made.get('alarm_score', math.nan))
@@ -231,10 +235,13 @@ class DetectorProcess:
                     socket.send_fds(self._control, [kind], [theirs.fileno()])
                 except OSError:
                     self.failure = 'its process died'
-        return Stream(ours, self._silence_s, self.failure)
+        self._stream = Stream(ours, self._silence_s, self.failure)
+        return self._stream
 
     def close(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process, whatever it is doing, and what is open to it."""
+        if self._stream is not None:
+            self._stream.close()
         self._control.close()
         with contextlib.suppress(ProcessLookupError):
             signal.pidfd_send_signal(self._watch, signal.SIGKILL)
@@ -283,6 +290,10 @@ class Stream:
         while self._is_open():
             with self._failing():
                 self._take()
+        self.close()
+
+    def close(self) -> None:
+        """Close the connection; nothing comes back any more."""
         self._connection.close()
 
     def _is_open(self) -> bool:

@@ -65,6 +65,15 @@ class FlightResult:
         return float(np.interp(time_s, times, cracks))
 
 
+@dataclass(frozen=True)
+class Evaluated:
+    """The flights under test, how the detectors were shut off, and where they raise an alarm."""
+
+    flights: list[FlightResult]
+    isolation: str
+    alarm_scores: dict[str, float]
+
+
 def _outcome(values: dict[str, Any]) -> Outcome:
     numbers: dict[str, Any] = {k: math.nan if v is None else v for k, v in values.items()}
     numbers['rises'] = tuple((time, score) for time, score in values['rises'])

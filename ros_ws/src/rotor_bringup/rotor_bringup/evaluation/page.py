@@ -21,6 +21,7 @@ from rotor_bringup.evaluation.report import (
     columns_of,
     number_text,
     rate_text,
+    smallest_text,
 )
 
 BEGIN, END = '<!-- results: begin -->', '<!-- results: end -->'
@@ -76,12 +77,14 @@ def tables(content: Content) -> str:
     packages = ', '.join(f'{name} {number}' for name, number in made['versions'].items())
     shown = {name: cells(numbers) for name, numbers in detectors.items()}
     measures = list(next(iter(shown.values())))
+    kept = content['kept_flights']
+    earlier = f' without {kept} flights kept from an earlier run' if kept else ''
     run = (
         f'Suite `{content["suite"]}`, seed {content["seed"]}, {content["split"]} split: '
         f'{content["machines"]} machines, {content["flight_hours"]:.1f} flight hours under test; '
         f'isolation: {content["isolation"]}. {made["at"]}, {made["cores"]} cores '
         f'({made["machine"]}), Python {made["python"]}, {packages}; '
-        f'{content["wall_s"] / 60:.0f} minutes. Everything: [{FILE}]({FILE}).'
+        f'{content["wall_s"] / 60:.0f} minutes{earlier}. Everything: [{FILE}]({FILE}).'
     )
     lines = [
         run,
@@ -146,8 +149,8 @@ def _smallest(detectors: Content) -> list[str]:
         for numbers in detectors.values():
             found = numbers['smallest_crack'][level]
             parts = ', '.join(f'{k:g}: {part:.0%}' for k, _, part in found['found'])
-            smallest = number_text(found['crack_stiffness_ratio'], 'none', 'K = ')
-            texts.append(f'**{smallest}** ({parts})')
+            smallest = smallest_text(found)
+            texts.append(f'**{smallest}** ({parts})' if parts else smallest)
         rows.append((level, texts))
     title = '### Smallest crack found (there and above in at least 90 % of the flights)'
     return [title, '', *_table('threshold', detectors, rows)]
@@ -160,10 +163,14 @@ def _growth(detectors: Content) -> list[str]:
         for numbers in detectors.values():
             found = numbers['growth'][level]
             depth, time_s = found['crack_stiffness_ratio'], found['time_s']
+            if not depth['flights']:
+                texts.append('-')
+                continue
             texts.append(
                 f'{depth["reached"]} of {depth["flights"]} found, half by '
                 f'K = {number_text(depth["median"])} ({number_text(time_s["median"])} s), '
-                f'90 % by K = {number_text(depth["quantile_90"])}'
+                f'90 % by K = {number_text(depth["quantile_90"])}; alarm in '
+                f'{found["decoys"]["alarmed"]} of {found["decoys"]["flights"]} decoys'
             )
         rows.append((level, texts))
     return ['### Growing cracks', '', *_table('threshold', detectors, rows)]

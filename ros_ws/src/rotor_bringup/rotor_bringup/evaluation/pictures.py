@@ -143,7 +143,7 @@ def growth(content: Content) -> Figure:
             found = [depth for depth in each if _has(depth)]
             axes.plot(found, np.full(len(found), row + offset), marker, color=colour,
                       markersize=5, alpha=0.6, linestyle='none')  # fmt: skip
-            text = f'{len(found)} of {len(each)} found'
+            text = f'{len(found)} of {len(each)} found' if each else '-'
             place = axes.get_yaxis_transform()
             axes.text(1.01, row + offset, text, transform=place, va='center', fontsize='small')
     for level, marker in zip(LEVELS, MARKERS, strict=True):

@@ -13,8 +13,8 @@ from typing import Any
 
 from rich.table import Table
 
-from rotor_bringup.evaluation.outcome import FlightResult
-from rotor_bringup.evaluation.runner import Evaluated
+from rotor_bringup.dataset.folder import write_whole
+from rotor_bringup.evaluation.outcome import Evaluated, FlightResult
 from rotor_bringup.evaluation.summary import GOAL_CRACK, GOAL_GROWTH, summary
 from rotor_bringup.plain_json import without_nan
 from rotor_bringup.scenario import versions
@@ -25,9 +25,19 @@ DIGITS = 6
 
 
 def report(
-    done: Evaluated, *, suite: str, seed: int, split: str, stored: bool, wall_s: float
+    done: Evaluated,
+    *,
+    suite: str,
+    seed: int,
+    split: str,
+    stored: bool,
+    wall_s: float,
+    kept: int = 0,
 ) -> dict[str, Any]:
-    """Return everything about an evaluation as plain data: where from, statistics, flights."""
+    """Return everything about an evaluation as plain data: where from, statistics, flights.
+
+    `wall_s` is the time of the last run, into which `kept` flights were taken from earlier ones.
+    """
     return {
         'suite': suite,
         'seed': seed,
@@ -37,6 +47,7 @@ def report(
         'flight_hours': sum(flight.duration_s for flight in done.flights) / 3600,
         'machines': len({flight.machine for flight in done.flights}),
         'wall_s': wall_s,
+        'kept_flights': kept,
         'made': {
             'at': f'{datetime.now(UTC):%Y-%m-%d %H:%M} UTC',
             'machine': platform.machine(),
@@ -69,12 +80,13 @@ def _rounded(value: Any) -> Any:
 
 
 def save(content: Mapping[str, Any], folder: Path) -> None:
-    """Write evaluation.json, one line a flight."""
+    """Write evaluation.json, one line a flight, as a whole or not at all."""
     head = {key: value for key, value in content.items() if key != 'flights'}
     lines = [json.dumps(without_nan(flight), allow_nan=False) for flight in content['flights']]
     text = json.dumps(without_nan(head), indent=1, allow_nan=False)
     flights = ',\n  '.join(lines)
-    (folder / FILE).write_text(f'{text[:-2]},\n "flights": [\n  {flights}\n ]\n}}\n', 'utf-8')
+    whole = f'{text[:-2]},\n "flights": [\n  {flights}\n ]\n}}\n'
+    write_whole(folder / FILE, whole.encode())
 
 
 def tables(content: Mapping[str, Any]) -> list[Table]:
@@ -104,14 +116,14 @@ def cells(numbers: Mapping[str, Any]) -> dict[str, str]:
     smallest = numbers['smallest_crack']['0 false alarms per hour']
     growth = numbers['growth']['own alarm']
     found = f'{growth["found_before_goal"]} of {growth["time_s"]["flights"]}'
+    decoys = growth['decoys']
     return {
         f'AUC, K >= {GOAL_CRACK:g}, load factor varies': area_text(numbers['auc']['goal']),
         f'AUC, K >= {GOAL_CRACK:g}, steady': area_text(numbers['auc']['steady level flight']),
         'false alarms per hour': rate_text(numbers['false_alarms']['all']),
-        'smallest crack found, no false alarm': number_text(
-            smallest['crack_stiffness_ratio'], 'none', 'K = '
-        ),
+        'smallest crack found, no false alarm': smallest_text(smallest),
         f'growing crack found before K = {GOAL_GROWTH:g}': found,
+        'healthy flights as long with an alarm': f'{decoys["alarmed"]} of {decoys["flights"]}',
         'flights that it failed on': f'{numbers["failed"]} of {numbers["flights"]}',
     }
 
@@ -124,6 +136,12 @@ def is_missing(value: float | None) -> bool:
 def number_text(value: float | None, instead: str = '-', before: str = '') -> str:
     """Return a number in words, `instead` where there is none."""
     return instead if is_missing(value) else f'{before}{value:.3g}'
+
+
+def smallest_text(smallest: Mapping[str, Any]) -> str:
+    """Return the smallest crack found, '-' where there was no threshold or no crack."""
+    instead = 'none' if smallest['found'] else '-'
+    return number_text(smallest['crack_stiffness_ratio'], instead, 'K = ')
 
 
 def area_text(area: Mapping[str, Any] | None) -> str:
@@ -140,5 +158,5 @@ def rate_text(rate: Mapping[str, Any]) -> str:
         return '-'
     return (
         f'{rate["per_hour"]:.2g}, below {rate["upper_per_hour"]:.2g} '
-        f'({rate["events"]} in {rate["hours"]:.1f} h)'
+        f'({rate["events"]} in {rate["hours"]:.1f} h judged of {rate["flown_hours"]:.1f} h flown)'
     )

@@ -11,6 +11,7 @@ import contextlib
 import math
 import multiprocessing
 import queue
+import signal
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from rotor_bringup.dataset.stream import fly
 from rotor_bringup.dataset.suite import Flight, Machine, batches
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.anonymous import Anonymiser
+from rotor_bringup.evaluation.child import die_with_parent
 from rotor_bringup.evaluation.isolation import (
     SILENCE_S,
     DetectorProcess,
@@ -29,7 +31,8 @@ from rotor_bringup.evaluation.isolation import (
     Stream,
     isolation_text,
 )
-from rotor_bringup.evaluation.outcome import FlightResult, Watch
+from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Watch
+from rotor_bringup.evaluation.parts import Parts
 from rotor_interfaces.errors import RigError
 from rotor_interfaces.waveform import WaveformBlock
 
@@ -54,15 +57,6 @@ class Simulated:
 
 
 @dataclass(frozen=True)
-class Evaluated:
-    """The flights under test, how the detectors were shut off, and where they raise an alarm."""
-
-    flights: list[FlightResult]
-    isolation: str
-    alarm_scores: dict[str, float]
-
-
-@dataclass(frozen=True)
 class Job:
     """What every worker needs to know."""
 
@@ -72,6 +66,8 @@ class Job:
     secret: Path | None
     """What no detector may be able to read: the folder of a stored suite."""
     silence_s: float = SILENCE_S
+    parts: Parts | None = None
+    """Where finished flights are kept."""
 
 
 def evaluate(
@@ -82,6 +78,7 @@ def evaluate(
     jobs: int = 1,
     secret: Path | None = None,
     silence_s: float = SILENCE_S,
+    parts: Parts | None = None,
     on_flights: OnFlights = lambda _flights, _seconds: None,
 ) -> Evaluated:
     """Return what the detectors say about every flight under test of `machines`.
@@ -93,20 +90,21 @@ def evaluate(
         jobs: processes that fly; each detector of each machine has a process besides.
         secret: folder that the detectors must not be able to read.
         silence_s: longest time that a detector may take to answer.
+        parts: where finished flights are kept, and taken from instead of being flown again.
         on_flights: is told of progress.
 
     Raises:
         RigError: a detector that is not there, a flight that cannot be flown, a worker that died.
 
     """
-    with tempfile.TemporaryDirectory(prefix='rig-') as folder:
-        job = Job(tuple(detectors), source, Path(folder), secret, silence_s)
+    with tempfile.TemporaryDirectory(prefix='rig-', ignore_cleanup_errors=True) as folder:
+        job = Job(tuple(detectors), source, Path(folder), secret, silence_s, parts)
         tasks = list(batches(machines))
         if jobs == 1:
-            parts = [fly_batch(task, job, on_flights) for task in tasks]
+            done = [fly_batch(task, job, on_flights) for task in tasks]
         else:
-            parts = _spread(tasks, job, min(jobs, len(tasks)), on_flights)
-    return joined(parts)
+            done = _spread(tasks, job, min(jobs, len(tasks)), on_flights)
+    return joined(done)
 
 
 def joined(parts: Sequence[Evaluated]) -> Evaluated:
@@ -125,19 +123,43 @@ def joined(parts: Sequence[Evaluated]) -> Evaluated:
 
 
 def fly_batch(machines: Sequence[Machine], job: Job, on_flights: OnFlights) -> Evaluated:
-    """Fly machines in lock-step past a process for each detector of each."""
+    """Fly machines in lock-step past a process for each detector of each.
+
+    Where parts are kept, those tests are left out that are there; references are flown for the
+    others.
+    """
+    kept, rows = [], []
+    for row in zip(*(machine.flights for machine in machines), strict=True):
+        part = job.parts.load(row) if job.parts and row[0].role == 'test' else None
+        if part is None:
+            rows.append(row)
+        else:
+            kept.append(part)
+            on_flights(len(row), row[0].duration_s * len(row))
+    if kept and all(row[0].role == 'reference' for row in rows):
+        for row in rows:
+            on_flights(len(row), row[0].duration_s * len(row))
+        return joined(kept)
+    return joined([*kept, *_flown(rows, job, on_flights)])
+
+
+def _flown(
+    rows: Sequence[Sequence[Flight]], job: Job, on_flights: OnFlights
+) -> Iterator[Evaluated]:
+    """Yield what detectors say about each row of flights in lock-step, once that is kept."""
     with contextlib.ExitStack() as stack:
         sandbox = stack.enter_context(Sandbox(job.folder, job.silence_s))
         codes = {name: sandbox.code(name) for name in job.detectors}
         if job.secret is not None:
             sandbox.check_secret(job.secret, codes.values())
-        processes = [{name: sandbox.start(code) for name, code in codes.items()} for _ in machines]
+        processes = [{name: sandbox.start(code) for name, code in codes.items()} for _ in rows[0]]
         for process in (one for of_machine in processes for one in of_machine.values()):
             stack.callback(process.close)
         fits = [_opened(of_machine, DetectorProcess.fit) for of_machine in processes]
-        results: list[FlightResult] = []
-        for flights in zip(*(machine.flights for machine in machines), strict=True):
-            seconds = flights[0].duration_s
+        how = isolation_text(sandbox.landlock_version)
+        scores = {name: process.alarm_score for name, process in processes[0].items()}
+        yield Evaluated([], how, scores)
+        for flights in rows:
             if flights[0].role == 'reference':
                 references = [
                     _Reference(flight, streams)
@@ -151,10 +173,11 @@ def fly_batch(machines: Sequence[Machine], job: Job, on_flights: OnFlights) -> E
                     for flight, of_machine in zip(flights, processes, strict=True)
                 ]
                 _fly(job.source, flights, tests)
-                results += [test.result() for test in tests]
-            on_flights(len(flights), seconds * len(flights))
-    scores = {name: process.alarm_score for name, process in processes[0].items()}
-    return Evaluated(results, isolation_text(sandbox.landlock_version), scores)
+                part = Evaluated([test.result() for test in tests], how, scores)
+                if job.parts:
+                    job.parts.store(flights, part)
+                yield part
+            on_flights(len(flights), flights[0].duration_s * len(flights))
 
 
 def _fly(source: Source, flights: Sequence[Flight], listeners: Sequence['_Listener']) -> None:
@@ -289,14 +312,19 @@ def _spread(
         context.Process(target=_work, args=(waiting, news, job), daemon=True)
         for _ in range(workers)
     ]
-    for process in processes:
-        process.start()
+    # Ctrl-C is for this process, which ends the others: they are born deaf to it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
+        for process in processes:
+            process.start()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         return _gather(news, processes, len(tasks), on_flights)
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         for process in processes:
-            process.terminate()  # the servers of detectors end when nobody holds their sockets
-            process.join()
+            if process.pid is not None:
+                process.terminate()  # the servers of detectors die with it
+                process.join()
 
 
 def _gather(
@@ -321,6 +349,7 @@ def _gather(
 
 def _work(waiting: Any, news: Any, job: Job) -> None:
     """Fly batches until there are no more."""
+    die_with_parent()
 
     def on_flights(flights: int, seconds: float) -> None:
         news.put(('flights', flights, seconds))
@@ -331,5 +360,3 @@ def _work(waiting: Any, news: Any, job: Job) -> None:
             news.put(('part', number, fly_batch(machines, job, on_flights)))
     except RigError as error:
         news.put(('error', 0, error))
-    except KeyboardInterrupt:
-        return

@@ -126,20 +126,6 @@ def _middle(values: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def mean_interval(
-    values: Array, machines: NDArray[np.int64], *, seed: int = 0, replicates: int = REPLICATES
-) -> tuple[float, float, float]:
-    """Return the mean of values (n,) and its interval, with a machine as the unit drawn."""
-    if not len(values):
-        return math.nan, math.nan, math.nan
-    names, machine = np.unique(machines, return_inverse=True)
-    sums = np.bincount(machine, values, len(names))
-    counts = np.bincount(machine, minlength=len(names)).astype(np.float64)
-    drawn = _drawn(len(names), replicates, seed)
-    low, high = _middle((drawn @ sums) / (drawn @ counts))
-    return float(np.mean(values)), low, high
-
-
 @dataclass(frozen=True)
 class Rate:
     """Events in a time, and the rate per hour with its upper bound."""
@@ -166,13 +152,15 @@ def threshold_at_rate(healthy_scores: Array, hours: float, per_hour: float) -> f
     """Return the lowest threshold that gives at most `per_hour` alarms in healthy flights.
 
     A flight counts once, when its score is at or above the threshold. With `per_hour` 0 it lies
-    just above the highest healthy score. -inf where every threshold would do.
+    just above the highest healthy score. It is finite where every threshold would do, so that
+    silence is below it, infinite above a failure, and NaN where no healthy flight has a score.
     """
+    if np.isnan(healthy_scores).all():
+        return math.nan
     allowed = math.floor(per_hour * hours + 1e-9)
     ranked = np.sort(_without_nan(healthy_scores))[::-1]
-    if allowed >= len(ranked):
-        return -math.inf
-    return float(np.nextafter(ranked[allowed], math.inf))
+    highest = ranked[allowed] if allowed < len(ranked) else -math.inf
+    return float(np.nextafter(highest, math.inf))
 
 
 def smallest_found(

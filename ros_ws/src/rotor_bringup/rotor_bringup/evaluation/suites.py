@@ -22,7 +22,7 @@ from vibration_monitor.reading import Recording, waveform_blocks
 class Chosen:
     """Machines and where their blocks come from; `folder` is that of a stored suite."""
 
-    name: str
+    config: SuiteConfig
     seed: int
     machines: tuple[Machine, ...]
     source: Source
@@ -73,7 +73,7 @@ def load(suite: str, *, seed: int, split: str, limit: int | None) -> Chosen:
     chosen = choose(machines, split=split)
     if limit is not None and limit < len(chosen):
         chosen = choose(chosen, count=limit)
-    return Chosen(config.name, seed, tuple(chosen), source, folder if folder.is_dir() else None)
+    return Chosen(config, seed, tuple(chosen), source, folder if folder.is_dir() else None)
 
 
 def _description(folder: Path) -> tuple[SuiteConfig, int]:

@@ -4,7 +4,8 @@
 
 A flight on which a detector failed counts against it: as the highest score without a crack and as
 the lowest with one, so that no detector gains by failing. Flights with a growing crack have
-numbers of their own and are in no area under a curve.
+numbers of their own and are in no area under a curve, and neither are decoys, the healthy flights
+as long: the largest score of a longer flight is no match for that of a shorter one.
 """
 
 import dataclasses
@@ -86,15 +87,17 @@ class _Numbers:
         self._alarms = np.where(self._failed, 1, [outcome.alarms for outcome in outcomes])
         judged_s = np.array([outcome.judged_s for outcome in outcomes], float)
         self._hours = np.where(self._failed, 0.0, judged_s) / 3600
+        self._flown_hours = np.array([f.duration_s for f in self._flights], float) / 3600
         realistic = np.array(self._labels('noise')) == REALISTIC
         self._usual = realistic if realistic.any() else ~realistic
+        self._decoy = np.array(self._labels('decoy'), bool)
         self._varying = np.array(self._labels('load_factor_range'), float) >= VARYING
 
     def _labels(self, label: str) -> list[Any]:
         return [flight.labels[label] for flight in self._flights]
 
     def plain(self) -> dict[str, Any]:
-        usual, varying = self._usual, self._varying
+        usual, varying = self._usual & ~self._decoy, self._varying
         thresholds = self._thresholds()
         all_flights = self._flights + self._growing
         outcomes = [flight.outcomes[self._name] for flight in all_flights]
@@ -123,12 +126,13 @@ class _Numbers:
                 'encoder': self._by(
                     'encoder', usual & varying, lambda on: 'angle' if on else 'key-phasor only'
                 ),
-                'noise': self._by('noise', varying),
+                'noise': self._by('noise', varying & ~self._decoy),
             },
             'false_alarms': {
-                'all': self._false_alarms(usual),
-                'load factor varies': self._false_alarms(usual & varying),
-                'steady level flight': self._false_alarms(usual & ~varying),
+                'all': self._false_alarms(self._usual),
+                'load factor varies': self._false_alarms(self._usual & varying),
+                'steady level flight': self._false_alarms(self._usual & ~varying),
+                'decoys of growing cracks': self._false_alarms(self._usual & self._decoy),
             },
             'false_alarms_by': {
                 'manoeuvre': self._rates('manoeuvre'),
@@ -143,13 +147,15 @@ class _Numbers:
         }
 
     def _thresholds(self) -> dict[str, float]:
-        """Return the score of the alarm, and those that keep to a rate of false alarms."""
+        """Return the score of the alarm, and those that keep to a rate of false alarms.
+
+        The latter are NaN without healthy flights. An alarm that nobody knows, of a detector
+        that could not be made, is infinite: it is never reached.
+        """
         healthy = self._usual & ~self._cracked
-        hours = sum(
-            f.duration_s for f, is_one in zip(self._flights, healthy, strict=True) if is_one
-        ) / 3600  # fmt: skip
+        hours = float(self._hours[healthy].sum())
         return {
-            'own alarm': self._alarm_score,
+            'own alarm': math.inf if math.isnan(self._alarm_score) else self._alarm_score,
             **{
                 f'{rate:g} false alarms per hour': statistics.threshold_at_rate(
                     self._score[healthy], hours, rate
@@ -175,14 +181,16 @@ class _Numbers:
             for depth in np.unique(self._depth[which & self._cracked])
         }
 
-    def _groups(self, label: str, name_of: Callable[[Any], str] = str) -> dict[str, Flags]:
+    def _groups(
+        self, label: str, which: Flags, name_of: Callable[[Any], str] = str
+    ) -> dict[str, Flags]:
         names = np.array([name_of(value) for value in self._labels(label)])
-        return {str(name): names == name for name in np.unique(names)}
+        return {str(name): which & (names == name) for name in np.unique(names[which])}
 
     def _by(self, label: str, which: Flags, name_of: Callable[[Any], str] = str) -> dict[str, Any]:
         return {
-            name: self._auc(which & group, GOAL_CRACK)
-            for name, group in self._groups(label, name_of).items()
+            name: self._auc(group, GOAL_CRACK)
+            for name, group in self._groups(label, which, name_of).items()
         }
 
     def _false_alarms(self, which: Flags) -> dict[str, Any]:
@@ -190,34 +198,44 @@ class _Numbers:
         rate = statistics.poisson_rate(
             int(self._alarms[healthy].sum()), float(self._hours[healthy].sum())
         )
-        flights = int((self._alarms[healthy] > 0).sum())
-        return {**dataclasses.asdict(rate), 'flights': flights, 'of': int(healthy.sum())}
+        return {
+            **dataclasses.asdict(rate),
+            'flown_hours': float(self._flown_hours[healthy].sum()),
+            'flights': int((self._alarms[healthy] > 0).sum()),
+            'of': int(healthy.sum()),
+        }
 
     def _rates(self, label: str) -> dict[str, Any]:
         return {
-            name: self._false_alarms(self._usual & group)
-            for name, group in self._groups(label).items()
+            name: self._false_alarms(group)
+            for name, group in self._groups(label, self._usual & ~self._cracked).items()
         }
 
     def _smallest(self, threshold: float, which: Flags) -> dict[str, Any]:
-        which = which & self._cracked
-        found = np.where(np.isnan(self._score), -math.inf, self._score) >= threshold
+        which = which & self._cracked & ~np.isnan(threshold)
+        found = np.isfinite(self._score) & (self._score >= threshold)
         smallest, table = statistics.smallest_found(self._depth[which], found[which])
         return {'crack_stiffness_ratio': smallest, 'found': table}
 
     def _growth(self, threshold: float) -> dict[str, Any]:
-        """Return when growing cracks were found, and how deep they were then."""
+        """Return when growing cracks were found, how deep they were, and how many decoys were.
+
+        Without a threshold there are no flights to tell of.
+        """
+        is_known = not math.isnan(threshold)
         times, depths = [], []
-        for flight in self._growing:
+        for flight in self._growing if is_known else ():
             outcome = flight.outcomes[self._name]
             time_s = math.nan if outcome.failure else outcome.first_at(threshold)
             times.append(time_s)
             depths.append(flight.crack_at(time_s))
+        decoys = self._score[self._decoy & is_known]  # a failure is infinite, silence is NaN
         return {
             'time_s': dataclasses.asdict(statistics.delays(times)),
             'crack_stiffness_ratio': dataclasses.asdict(statistics.delays(depths)),
             'found_before_goal': sum(depth < GOAL_GROWTH for depth in depths),
             'each': list(zip(times, depths, strict=True)),
+            'decoys': {'alarmed': int((decoys >= threshold).sum()), 'flights': len(decoys)},
         }
 
     def _roc(self, which: Flags) -> dict[str, list[float]]:

@@ -22,8 +22,8 @@ from pathlib import Path
 from rotor_bringup.dataset.suite import Flight, Machine
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.anonymous import Anonymiser
-from rotor_bringup.evaluation.outcome import FlightResult, Outcome, Watch
-from rotor_bringup.evaluation.runner import Evaluated, OnFlights, Source, crack_course
+from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Outcome, Watch
+from rotor_bringup.evaluation.runner import OnFlights, Source, crack_course
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import OFFLINE

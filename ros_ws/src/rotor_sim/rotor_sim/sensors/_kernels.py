@@ -21,9 +21,10 @@ from rotor_sim.sensors._plain import (
     CROSS,
     DEVIATION,
     GAIN,
+    LANES,
     OFF_SAMPLES,
-    PROBES,
     WALK_STEP,
+    cos_sin,
     inline,
     jit,
     pulse,
@@ -34,21 +35,29 @@ Array = NDArray[np.float64]
 NOISE, JITTER, RECORDER, WALK, DROPOUT, MISSED, DOUBLE = range(7)
 """Effects: each has its own stream of random numbers."""
 
-BEFORE, AFTER, LAST = range(3)
-"""Rows of `memory`: the walk at the knots around the next sample; the filtered sample before."""
+SECTIONS = 2
+"""Of the low-pass filter."""
+
+BEFORE, AFTER, LAST = range(9, 12)
+RUNOUT = 12
+SECTION = 18
+AT_REST = SECTION + 5 * SECTIONS
+STATE = AT_REST + 2 * SECTIONS
+ROWS = STATE + 2 * SECTIONS
+"""Rows of what `sense` knows of the channels, LANES numbers each. First `errors`, see `_plain`; the
+walk at the knots around the next sample; the filtered sample before; the factors of cos and sin of
+orders 1, 2, 3 in the runout; b0, b1, b2, a1, a2 of the sections; their states under a constant 1;
+their states."""
 
 TILE = 256
-WALK_SAMPLES = 256
-"""The random walk of a bias has its knots at multiples of this sample and is linear between."""
+WALK_SAMPLES = TILE
+"""The random walk of a bias has its knots at multiples of this sample and is linear between; a tile
+ends at a knot."""
 
 _CELLS = 16
 _TAIL_END = 8 << 23
 _LOWEST_OCTAVE = -33
 _OFFSET = np.uint64(np.float64(2.0**_LOWEST_OCTAVE).view(np.uint64) >> np.uint64(48))
-_QUARTER, _PER_QUARTER = 0.5 * math.pi, 2.0 / math.pi
-_S = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 6))
-_C = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(1, 7))
-"""Taylor terms of the sine and the cosine."""
 
 
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
@@ -137,41 +146,17 @@ def _fill_words(
         words[3, i] = d
 
 
-@inline
-def _add_normals(
-    seed: int, channel: int, effect: int, first: int, scale: float, words: Any, z: Array, out: Any
-) -> None:
-    """Add `scale` times standard normal numbers to `out`, one for each sample from `first` on.
-
-    `words` and `z` are room for (4, samples/4 + 2) numbers; a count of Philox makes a column.
-    """
-    start = first >> 2
-    skip = first - 4 * start
-    count = (skip + out.shape[0] + 3) >> 2
-    _fill_words(seed, channel, effect, start, count, words)
-    for j in range(4):
-        for i in range(count):
-            z[j, i] = _middle(words[j, i])
-    for j in range(4):
-        for i in range(count):
-            if _is_tail(words[j, i]):
-                z[j, i] = _normal(words[j, i])
-    if skip == 0 and out.shape[0] == 4 * count:
-        for i in range(count):
-            for j in range(4):
-                out[4 * i + j] += scale * z[j, i]
-    else:
-        for k in range(out.shape[0]):
-            place = np.uint64(skip + k)
-            out[k] += scale * z[place & np.uint64(3), place >> np.uint64(2)]
-
-
 @jit
 def normals(seed: int, channel: int, effect: int, first: int, out: Array) -> None:
     """Fill `out` with standard normal numbers for the samples from `first` on."""
-    words = np.empty((4, (out.shape[0] >> 2) + 2), np.uint32)
-    out[:] = 0.0
-    _add_normals(seed, channel, effect, first, 1.0, words, np.empty(words.shape), out)
+    start = first >> 2
+    skip = first - 4 * start
+    count = (skip + out.shape[0] + 3) >> 2
+    words = np.empty((4, count), np.uint32)
+    _fill_words(seed, channel, effect, start, count, words)
+    for k in range(out.shape[0]):
+        place = np.uint64(skip + k)
+        out[k] = _normal(words[place & np.uint64(3), place >> np.uint64(2)])
 
 
 @inline
@@ -222,91 +207,109 @@ def faulty_pulses(
 
 
 @inline
-def _cos_sin(angle: float) -> tuple[float, float]:
-    """Return cosine and sine within 1e-11 for angles of a few turns, without calls."""
-    quarter = np.floor(angle * _PER_QUARTER + 0.5)
-    r = angle - quarter * _QUARTER
-    q = r * r
-    sine = _S[4] * q + _S[3]
-    cosine = _C[5] * q + _C[4]
-    for k in range(3):
-        sine = sine * q + _S[2 - k]
-    for k in range(4):
-        cosine = cosine * q + _C[3 - k]
-    sine = (sine * q + 1.0) * r
-    cosine = cosine * q + 1.0
-    turned = np.int64(quarter)
-    swap = turned & 1 == 1
-    c = sine if swap else cosine
-    s = cosine if swap else sine
-    c = -c if (turned + 1) & 2 == 2 else c
-    s = -s if turned & 2 == 2 else s
-    return c, s
-
-
-@inline
-def _couple(errors: Array, runout: Array, clean: Array, angle: Array, work: Array) -> None:
-    """Write the quantities with cross-axis and runout."""
-    cross = errors[CROSS]
-    for n in range(work.shape[0]):
+def _couple(known: Array, clean: Array, tile: Array) -> None:
+    """Write the quantities with cross-axis."""
+    cross = known[CROSS * LANES : CROSS * LANES + CHANNELS]
+    for n in range(clean.shape[0]):
+        row = n * LANES
         for c in range(0, 10, 2):  # y and z of one place
-            work[n, c] = clean[n, c] + cross[c] * clean[n, c + 1]
-            work[n, c + 1] = clean[n, c + 1] + cross[c + 1] * clean[n, c]
-        work[n, 10] = clean[n, 10]
-        work[n, 11] = clean[n, 11] + cross[11] * clean[n, 12]
-    if runout.shape[0] > 0:
-        for n in range(work.shape[0]):
-            c1, s1 = _cos_sin(angle[n])
-            c2, s2 = c1 * c1 - s1 * s1, 2.0 * s1 * c1
-            c3, s3 = c2 * c1 - s2 * s1, s2 * c1 + c2 * s1
-            for c in range(PROBES):
-                work[n, c] += (
-                    (runout[0, c] * c1 + runout[1, c] * s1)
-                    + (runout[2, c] * c2 + runout[3, c] * s2)
-                    + (runout[4, c] * c3 + runout[5, c] * s3)
-                )
+            tile[row + c] = clean[n, c] + cross[c] * clean[n, c + 1]
+            tile[row + c + 1] = clean[n, c + 1] + cross[c + 1] * clean[n, c]
+        tile[row + 10] = clean[n, 10]
+        tile[row + 11] = clean[n, 11] + cross[11] * clean[n, 12]
+        for c in range(CHANNELS, LANES):
+            tile[row + c] = 0.0
 
 
 @inline
-def _calibrate(seed: int, first: int, errors: Array, memory: Array, work: Array) -> None:
-    """Multiply by the gain and add the bias with its random walk."""
-    for n in range(work.shape[0]):
-        knot = (first + n) // WALK_SAMPLES
-        place = first + n - knot * WALK_SAMPLES
-        if place == 0:
-            for c in range(CHANNELS):
-                memory[BEFORE, c] = memory[AFTER, c]
-                if errors[WALK_STEP, c] > 0.0:
-                    step = errors[WALK_STEP, c] * _normal(_word(seed, c, WALK, knot))
-                    memory[AFTER, c] += step
-        part = place / WALK_SAMPLES
-        for c in range(CHANNELS):
-            drift = memory[BEFORE, c] + part * (memory[AFTER, c] - memory[BEFORE, c])
-            work[n, c] = errors[GAIN, c] * work[n, c] + (errors[BIAS, c] + drift)
+def _standard_normals(seed: int, first: int, count: int, words: Any, tails: Any, z: Array) -> int:
+    """Write a row of normal numbers for each sample from `first` on; return where in z they start.
+
+    A lane has the noise of its channel, the one after the channels the error of the sampling time.
+    A count of Philox makes four rows.
+    """
+    k0 = np.uint64(seed) & _LOW
+    k1 = np.uint64(seed) >> _32
+    start = np.uint64(first >> 2)
+    skip = first & 3
+    groups = (skip + count + 3) >> 2
+    for i in range(groups):
+        counted = start + np.uint64(i)
+        row = 4 * i * LANES
+        for c in range(LANES):
+            effect = np.uint64(JITTER if c == CHANNELS else NOISE)
+            w0, w1, w2, w3 = _philox(counted & _LOW, counted >> _32, np.uint64(c), effect, k0, k1)
+            words[row + c] = w0
+            words[row + LANES + c] = w1
+            words[row + 2 * LANES + c] = w2
+            words[row + 3 * LANES + c] = w3
+    found = 0
+    for k in range(4 * groups * LANES):
+        z[k] = _middle(words[k])
+    for k in range(4 * groups * LANES):
+        tails[found] = k
+        found += _is_tail(words[k])
+    for i in range(found):
+        z[tails[i]] = _normal(words[tails[i]])
+    return skip * LANES
 
 
 @inline
-def _low_pass(sections: Array, state: Array, work: Array) -> None:
-    """Filter in place, transposed direct form II as scipy's sosfilt."""
-    for n in range(work.shape[0]):
-        for s in range(sections.shape[0]):
-            for c in range(CHANNELS):
-                x = work[n, c]
-                y = sections[s, 0, c] * x + state[s, 0, c]
-                state[s, 0, c] = sections[s, 1, c] * x - sections[s, 3, c] * y + state[s, 1, c]
-                state[s, 1, c] = sections[s, 2, c] * x - sections[s, 4, c] * y
-                work[n, c] = y
+def _step_walk(seed: int, knot: int, known: Array) -> None:
+    for c in range(CHANNELS):
+        known[BEFORE * LANES + c] = known[AFTER * LANES + c]
+        if known[WALK_STEP * LANES + c] > 0.0:
+            step = known[WALK_STEP * LANES + c] * _normal(_word(seed, c, WALK, knot))
+            known[AFTER * LANES + c] += step
 
 
 @inline
-def _jitter(error: Array, errors: Array, memory: Array, started: bool, work: Array) -> None:
-    """Move every value by the local slope times the error of its sampling time."""
-    for n in range(work.shape[0]):
-        for c in range(CHANNELS):
-            value = work[n, c]
-            rise = value - memory[LAST, c] if started or n > 0 else 0.0
-            work[n, c] = value + rise * (errors[OFF_SAMPLES, c] * error[n])
-            memory[LAST, c] = value
+def _calibrate(first: int, known: Array, z: Array, cosine: Array, sine: Array, tile: Array) -> None:
+    """Add the runout, multiply by the gain, add the bias with its random walk and the noise."""
+    for n in range(cosine.shape[0]):
+        part = (first + n) / WALK_SAMPLES
+        c1, s1 = cosine[n], sine[n]
+        c2, s2 = c1 * c1 - s1 * s1, 2.0 * s1 * c1
+        c3, s3 = c2 * c1 - s2 * s1, s2 * c1 + c2 * s1
+        row = n * LANES
+        for c in range(LANES):
+            k = RUNOUT * LANES + c
+            value = tile[row + c] + (
+                (known[k] * c1 + known[k + LANES] * s1)
+                + (known[k + 2 * LANES] * c2 + known[k + 3 * LANES] * s2)
+                + (known[k + 4 * LANES] * c3 + known[k + 5 * LANES] * s3)
+            )
+            before = known[BEFORE * LANES + c]
+            drift = before + part * (known[AFTER * LANES + c] - before)
+            value = known[GAIN * LANES + c] * value + (known[BIAS * LANES + c] + drift)
+            tile[row + c] = value + known[DEVIATION * LANES + c] * z[row + c]
+
+
+@inline
+def _section(number: int, c: int, x: Any, known: Array) -> Any:
+    """Return x behind a section of the filter of a lane."""
+    k, state = (SECTION + 5 * number) * LANES + c, (STATE + 2 * number) * LANES + c
+    y = known[k] * x + known[state]
+    known[state] = known[k + LANES] * x - known[k + 3 * LANES] * y + known[state + LANES]
+    known[state + LANES] = known[k + 2 * LANES] * x - known[k + 4 * LANES] * y
+    return y
+
+
+@inline
+def _filter(started: bool, known: Array, z: Array, tile: Array) -> None:
+    """Filter, transposed direct form II as scipy's sosfilt, and add the sampling jitter.
+
+    That moves every value by the local slope times the error of its sampling time.
+    """
+    for n in range(tile.shape[0] // LANES):
+        row = n * LANES
+        error = z[row + CHANNELS]
+        at_start = not started and n == 0
+        for c in range(LANES):
+            value = _section(1, c, _section(0, c, tile[row + c], known), known)
+            rise = 0.0 if at_start else value - known[LAST * LANES + c]
+            known[LAST * LANES + c] = value
+            tile[row + c] = value + rise * (known[OFF_SAMPLES * LANES + c] * error)
 
 
 @jit
@@ -314,54 +317,53 @@ def sense(
     seed: int,
     first: int,
     started: bool,
-    errors: Array,
-    runout: Array,
-    sections: Array,
-    at_rest: Array,
-    filter_state: Array,
-    memory: Array,
+    known: Array,
     clean: Array,
     angle: Array,
     work: Array,
 ) -> None:
     """Fill `work` with what reaches the converter, in tiles that fit the cache.
 
+    All channels of a sample are computed side by side. The compiler does that where rows are flat,
+    their lanes 16 and all places in `known` constants; with 12 lanes it does not.
+
     Args:
         seed: of the run.
         first: index of the first sample.
         started: whether samples came before.
-        errors: (9, CHANNELS), see CROSS to STEPS.
-        runout: (6, PROBES), factors of cos and sin of orders 1, 2, 3; (0, PROBES) for none.
-        sections: (sections, 5, CHANNELS), b0, b1, b2, a1, a2; (0, 5, CHANNELS) for none.
-        at_rest: (sections, 2, CHANNELS), state of the filter under a constant 1.
-        filter_state: likewise; advanced.
-        memory: (3, CHANNELS), see BEFORE to LAST; advanced.
+        known: (ROWS * LANES,), see ROWS; advanced.
         clean: (n, CHANNELS + 1).
         angle: (n,) of the shaft in rad.
-        work: (n, CHANNELS).
+        work: (n * LANES,).
 
     """
-    words = np.empty((4, TILE // 4 + 2), np.uint32)
-    z = np.empty(words.shape)
-    error = np.empty(TILE)
-    jittery = errors[OFF_SAMPLES].any()
-    for start in range(0, work.shape[0], TILE):
-        stop = min(start + TILE, work.shape[0])
-        tile = work[start:stop]
-        _couple(errors, runout, clean[start:stop], angle[start:stop], tile)
-        _calibrate(seed, first + start, errors, memory, tile)
-        for c in range(CHANNELS):
-            if errors[DEVIATION, c] > 0.0:
-                deviation = errors[DEVIATION, c]
-                _add_normals(seed, c, NOISE, first + start, deviation, words, z, tile[:, c])
+    size = (TILE + 8) * LANES
+    words = np.empty(size, np.uint32)
+    tails = np.empty(size + 1, np.int32)
+    z = np.zeros(size)
+    cosine, sine = np.zeros(TILE), np.zeros(TILE)
+    turns = known[RUNOUT * LANES : SECTION * LANES].any()
+    noisy = known[DEVIATION * LANES : (OFF_SAMPLES + 1) * LANES].any()
+    start = 0
+    while start < angle.shape[0]:
+        place = (first + start) % WALK_SAMPLES
+        stop = min(start + TILE - place, angle.shape[0])
+        count = stop - start
+        tile = work[start * LANES : stop * LANES]
+        if place == 0:
+            _step_walk(seed, (first + start) // WALK_SAMPLES, known)
+        _couple(known, clean[start:stop], tile)
+        if turns:
+            cos_sin(angle[start:stop], cosine, sine)
+        skip = 0
+        if noisy:
+            skip = _standard_normals(seed, first + start, count, words, tails, z)
+        _calibrate(place, known, z[skip:], cosine[:count], sine[:count], tile)
         if not started and start == 0:
-            filter_state[:] = at_rest * tile[0]
-        _low_pass(sections, filter_state, tile)
-        if jittery:
-            late = error[: stop - start]
-            late[:] = 0.0
-            _add_normals(seed, CHANNELS, JITTER, first + start, 1.0, words, z, late)
-            _jitter(late, errors, memory, started or start > 0, tile)
+            for k in range(2 * SECTIONS * LANES):
+                known[STATE * LANES + k] = known[AT_REST * LANES + k] * tile[k % LANES]
+        _filter(started or start > 0, known, z[skip:], tile)
+        start = stop
 
 
 @jit

@@ -17,13 +17,19 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 CHANNELS = 12
 """Measured columns: six displacements, four accelerations, key-phasor, load_y; as in the rows."""
 
-PROBES = 6
+LANES = 16
+"""Numbers of a row of what is computed for all channels side by side; those behind mean nothing."""
+
 CROSS, GAIN, BIAS, WALK_STEP, DEVIATION, OFF_SAMPLES, RANGE, STEP, STEPS = range(9)
 """Rows of `errors`: part of the other axis; factor; bias; standard deviations of a step of the
 walk, of the noise of a sample, and of the sampling time in samples; range (infinite: none); step
 of the converter (0: none) and its inverse."""
 
 _TWO_PI = 2.0 * math.pi
+_QUARTER, _PER_QUARTER = 0.5 * math.pi, 2.0 / math.pi
+_S = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 6))
+_C = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(1, 7))
+"""Taylor terms of the sine and the cosine."""
 
 
 class _Decorator(Protocol):
@@ -43,6 +49,36 @@ def pulse(angle: float, half_width: float, volt: float) -> float:
     if inside <= 0.0:
         return 0.0
     return volt * (inside * inside)
+
+
+@inline
+def _cos_sin(angle: float) -> tuple[float, float]:
+    """Return cosine and sine within 1e-11 for angles of a few turns, without calls."""
+    quarter = np.floor(angle * _PER_QUARTER + 0.5)
+    r = angle - quarter * _QUARTER
+    q = r * r
+    sine = _S[4] * q + _S[3]
+    cosine = _C[5] * q + _C[4]
+    for k in range(3):
+        sine = sine * q + _S[2 - k]
+    for k in range(4):
+        cosine = cosine * q + _C[3 - k]
+    sine = (sine * q + 1.0) * r
+    cosine = cosine * q + 1.0
+    turned = np.int32(quarter)
+    swap = turned & 1 == 1
+    c = sine if swap else cosine
+    s = cosine if swap else sine
+    c = -c if (turned + 1) & 2 == 2 else c
+    s = -s if turned & 2 == 2 else s
+    return c, s
+
+
+@inline
+def cos_sin(angle: Array, cosine: Array, sine: Array) -> None:
+    """Write cosine and sine of each angle."""
+    for n in range(angle.shape[0]):
+        cosine[n], sine[n] = _cos_sin(angle[n])
 
 
 @jit
@@ -120,23 +156,24 @@ def convert(
 ) -> None:
     """Clip to the range, round to the steps of the converter, and write the rows.
 
-    `values` (n, 18) are the rows as float32; only active columns are written.
+    `errors` (9 * LANES,) and `work` (n * LANES,) are flat; `values` (n, 18) are the rows as
+    float32; only active columns are written.
     """
-    for n in range(work.shape[0]):
-        for c in range(CHANNELS):
-            value = work[n, c]
-            step = errors[STEP, c]
-            full = errors[RANGE, c]
-            rounded = step * np.floor(value * errors[STEPS, c] + 0.5)
+    for n in range(values.shape[0]):
+        row = n * LANES
+        for c in range(LANES):
+            value = work[row + c]
+            step = errors[STEP * LANES + c]
+            full = errors[RANGE * LANES + c]
+            rounded = step * np.floor(value * errors[STEPS * LANES + c] + 0.5)
             value = rounded if step > 0.0 else value
             high = full - step
             # comparisons: NaN stays NaN
             value = -full if value < -full else value
-            work[n, c] = high if value > high else value
-    for c in range(CHANNELS):
-        if active[c]:
-            for n in range(work.shape[0]):
-                values[n, 6 + c] = work[n, c]
+            work[row + c] = high if value > high else value
+        for c in range(CHANNELS):
+            if active[c]:
+                values[n, 6 + c] = work[row + c]
 
 
 @jit

@@ -7,6 +7,7 @@ bias and its walk, noise, low-pass filter, sampling jitter, recorder noise, rang
 converter, loss of the channel.
 """
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -32,7 +33,7 @@ COLUMNS = (*CHANNEL_COLUMNS, 'keyphasor', 'load_y')
 KEYPHASOR, LOAD = COLUMNS.index('keyphasor'), COLUMNS.index('load_y')
 KEYPHASOR_VOLT = 5.0
 KEYPHASOR_WIDTH_RAD = math.radians(12.0)
-FILTER_ORDER = 4
+FILTER_ORDER = 2 * _kernels.SECTIONS
 """Of the Butterworth low-pass."""
 
 _GROUP = {
@@ -66,9 +67,7 @@ class SensorChain:
         self._imu = ImuDecimator(rate_hz, config.imu_rate_hz) if config.imu_rate_hz else None
         self._housing = matrices(config.housing, rate_hz) if config.housing.mass_kg else None
         self._housing_state = np.zeros((4, 3))
-        self._errors = np.zeros((9, len(COLUMNS)))
-        self._runout = np.zeros((6, len(DISPLACEMENT_COLUMNS)))
-        self._memory = np.zeros((3, len(COLUMNS)))
+        self._known = np.zeros((_kernels.ROWS, _plain.LANES))
         groups = [config.groups[_GROUP[name]] for name in COLUMNS]
         self._lay_out_errors(groups)
         self._lay_out_filter(groups)
@@ -81,12 +80,14 @@ class SensorChain:
         )
         self._faulty = any(self._faults[:2])
         self._senses = bool(self._active.any())
-        self._active |= (self._loss_rate > 0.0) | np.isfinite(self._errors[_plain.RANGE])
+        limited = np.isfinite(self._known[_plain.RANGE, : len(COLUMNS)])
+        self._active |= (self._loss_rate > 0.0) | limited
         self._active[KEYPHASOR] |= self._faulty
 
     def _lay_out_errors(self, groups: list[Channel]) -> None:
         k = _plain
-        errors, off = self._errors, np.zeros((9, len(COLUMNS)))
+        errors, off = self._known[:9, : len(COLUMNS)], np.zeros((9, len(COLUMNS)))
+        runouts = self._known[_kernels.RUNOUT : _kernels.SECTION, : len(COLUMNS)]
         off[k.GAIN] = 1.0
         off[k.RANGE] = np.inf
         errors[:] = off
@@ -107,27 +108,20 @@ class SensorChain:
             if isinstance(own, ProbeErrors):
                 for runout in own.runout:
                     row = 2 * (runout.order - 1)
-                    self._runout[row, c] += runout.amplitude_m * math.cos(runout.phase_rad)
-                    self._runout[row + 1, c] -= runout.amplitude_m * math.sin(runout.phase_rad)
+                    runouts[row, c] += runout.amplitude_m * math.cos(runout.phase_rad)
+                    runouts[row + 1, c] -= runout.amplitude_m * math.sin(runout.phase_rad)
         self._active = (errors[: k.RANGE] != off[: k.RANGE]).any(axis=0)
-        self._active[: len(DISPLACEMENT_COLUMNS)] |= self._runout.any(axis=0)
-        if not self._runout.any():
-            self._runout = self._runout[:0]
+        self._active |= runouts.any(axis=0)
 
     def _lay_out_filter(self, groups: list[Channel]) -> None:
         filtered = np.array([group.bandwidth_hz > 0.0 for group in groups])
-        count = FILTER_ORDER // 2 if filtered.any() else 0
-        self._sections = np.zeros((count, 5, len(COLUMNS)))
-        self._sections[:, 0] = 1.0
-        self._at_rest = np.zeros((count, 2, len(COLUMNS)))
+        sections = self._known[_kernels.SECTION : _kernels.AT_REST].reshape(
+            FILTER_ORDER // 2, 5, -1
+        )
+        at_rest = self._known[_kernels.AT_REST : _kernels.STATE].reshape(FILTER_ORDER // 2, 2, -1)
+        sections[:, 0] = 1.0
         for c in np.flatnonzero(filtered):
-            from scipy import signal  # noqa: PLC0415 - slow to import
-
-            bandwidth_hz = groups[c].bandwidth_hz
-            sections = signal.butter(FILTER_ORDER, bandwidth_hz, fs=self._rate, output='sos')
-            self._sections[:, :, c] = sections[:, [0, 1, 2, 4, 5]]
-            self._at_rest[:, :, c] = signal.sosfilt_zi(sections)
-        self._filter_state = np.zeros_like(self._at_rest)
+            sections[:, :, c], at_rest[:, :, c] = _low_pass(groups[c].bandwidth_hz, self._rate)
         self._active |= filtered
 
     def _lay_out_losses(self, groups: list[Channel]) -> None:
@@ -228,22 +222,14 @@ class SensorChain:
                 self._faults,
                 clean[:, KEYPHASOR],
             )
-        work = clean[:, : len(COLUMNS)].copy()
+        work = np.empty((len(clean), _plain.LANES))
         if self._senses:
             _kernels.sense(
-                self._seed,
-                first,
-                self._started,
-                self._errors,
-                self._runout,
-                self._sections,
-                self._at_rest,
-                self._filter_state,
-                self._memory,
-                clean,
-                angle,
-                work,
+                self._seed, first, self._started, self._known.ravel(), clean, angle, work.ravel()
             )
+        else:
+            work[:, : len(COLUMNS)] = clean[:, : len(COLUMNS)]
+            work[:, len(COLUMNS) :] = 0.0
         active = self._active
         if noisy:
             active = active.copy()
@@ -262,7 +248,7 @@ class SensorChain:
                 self._next_loss,
                 work,
             )
-        _plain.convert(self._errors, active, work, raw)
+        _plain.convert(self._known.ravel(), active, work.ravel(), raw)
         return work
 
     def _imu_samples(self, sensed: Array, out: Array) -> Imu:
@@ -278,6 +264,15 @@ class SensorChain:
             tuple(ImuSample(index, value[0], value[1]) for index, value in done),
             tuple(ImuSample(index, value[2], value[3]) for index, value in done),
         )
+
+
+@functools.cache
+def _low_pass(bandwidth_hz: float, rate_hz: int) -> tuple[Array, Array]:
+    """Return b0, b1, b2, a1, a2 of the sections (sections, 5), and their states under a 1."""
+    from scipy import signal  # noqa: PLC0415 - slow to import
+
+    sections = signal.butter(FILTER_ORDER, bandwidth_hz, fs=rate_hz, output='sos')
+    return sections[:, [0, 1, 2, 4, 5]], signal.sosfilt_zi(sections)
 
 
 _LEVEL_OF = {COLUMNS.index(name): level for name, level in _LEVEL.items()}

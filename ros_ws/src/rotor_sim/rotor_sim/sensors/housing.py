@@ -9,6 +9,7 @@ feels. The journal does not feel the housing's motion: its stiffness is meant to
 that of the balls. Exact for a force that is linear between samples (first-order hold).
 """
 
+import functools
 import math
 
 import numpy as np
@@ -19,6 +20,7 @@ from rotor_sim.sensors.config import Housing
 Array = NDArray[np.float64]
 
 
+@functools.cache
 def matrices(config: Housing, rate_hz: int) -> Array:
     """Return what `_kernels.housing` steps with, (4, 3).
 

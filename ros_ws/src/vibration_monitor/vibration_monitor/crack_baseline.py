@@ -1,0 +1,138 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""What healthy flights of one machine teach the crack estimate.
+
+Near half the critical speed q_n is a small difference of large terms: there a probe that reads 5 %
+too much looks like a crack. But in healthy flights q_n at 1x, 2x and 3x is a constant (unbalance,
+runout, misalignment) and one term with the square of the speed, and 0 on the ball-pass line, which
+no fault of the shaft drives. So the shaft's stiffness and the errors of the bearings' probes
+against the disk's are those that leave the least beside these terms. (An error that all probes of a
+direction share changes nothing: K is a ratio.)
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from vibration_monitor.crack_model import (
+    NOISE_M,
+    ORBIT_ORDERS,
+    PROBES,
+    RELATIVE_ERROR,
+    Complex,
+    CrackBaseline,
+    CrackConfig,
+    CrackWindow,
+    Real,
+    drift_terms,
+    equivalent_loads,
+)
+from vibration_monitor.errors import MonitorError
+
+_SPREADS = np.array([0.03, 0.05, 0.05, 0.03, 0.03])
+"""Expected size of the errors, as shares: stiffness, scales of the bearings' probes, cross axes."""
+
+_ALIKE_WINDOWS = 5.0
+"""So many windows in a row share their errors: they overlap, and a manoeuvre lasts."""
+
+_ROUNDS = 5
+"""Rounds of weighting; the weights stand after three."""
+
+_OUTLIER = 2.0
+"""Windows whose rest is beyond so many standard deviations count less, as in a Cauchy fit."""
+
+
+def learn_baseline(
+    windows: Iterable[CrackWindow], config: CrackConfig, ball_pass_order: float
+) -> CrackBaseline:
+    """Return what healthy windows, of different loads and speeds, teach about one machine.
+
+    Raises:
+        MonitorError: there is no window with all six probes.
+
+    """
+    known = [
+        window for window in windows if window.is_complete() and np.isfinite(window.ball_pass).all()
+    ]
+    if not known:
+        raise MonitorError(
+            'the reference flights hold no whole window with all of ' + ', '.join(PROBES)
+        )
+    errors = np.array([_probe_errors(known, config, ball_pass_order, i) for i in (0, 1)])
+    rigid = config.rigid_critical_speed_rad_s**2 / (1.0 - errors[:, 0])
+    scaled = CrackBaseline(
+        rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
+        bearing_scale_errors=tuple(errors[:, 1:3].T.ravel().tolist()),
+        bearing_cross_axis=tuple(errors[:, 3:5].T.ravel().tolist()),
+        constant_y_m=(0.0,) * 4,
+        constant_z_m=(0.0,) * 4,
+    )
+    constant = _constant_terms([scaled.corrected(window) for window in known], config, rigid)
+    return scaled.model_copy(
+        update={
+            'constant_y_m': tuple(constant.real.ravel().tolist()),
+            'constant_z_m': tuple(constant.imag.ravel().tolist()),
+        }
+    )
+
+
+def _probe_errors(
+    windows: Sequence[CrackWindow], config: CrackConfig, ball_pass_order: float, axis: int
+) -> Real:
+    """Return the errors that _SPREADS names in one direction, (5,); `axis` 0 is y, 1 is z.
+
+    Linear least squares with a Gaussian prior, reweighted by what each order leaves.
+    """
+    lines = list(_lines(windows, config, ball_pass_order, axis))
+    errors = np.zeros(len(_SPREADS))
+    for _ in range(_ROUNDS):
+        normal, right = np.diag(_SPREADS**-2.0), np.zeros(len(_SPREADS))
+        for load, slopes in lines:
+            rest = np.abs(load + slopes @ errors) ** 2
+            variance = max(float(rest.mean()), 1.0)
+            weights = 1.0 / variance / (1.0 + rest / variance / _OUTLIER**2) / _ALIKE_WINDOWS
+            weighted = np.conj(slopes).T * weights
+            normal += (weighted @ slopes).real
+            right -= (weighted @ load).real
+        errors = np.linalg.solve(normal, right)
+    return errors
+
+
+def _lines(
+    windows: Sequence[CrackWindow], config: CrackConfig, ball_pass_order: float, axis: int
+) -> Iterator[tuple[Complex, Complex]]:
+    """Yield q (windows,) at each order and its slope by each error (windows, 5), over its noise.
+
+    The terms that a sound machine has are taken out of both.
+    """
+    vectors = np.array([np.column_stack((each.vectors, each.ball_pass)) for each in windows])
+    square = np.array([each.speed_rad_s**2 for each in windows])
+    drift = np.array([drift_terms(each) for each in windows])
+    rigid = config.rigid_critical_speed_rad_s**2
+    for place, order in enumerate((*ORBIT_ORDERS, ball_pass_order)):
+        damping = 1.0 + 4.0j * config.damping_ratio * order * square / rigid
+        disk, *bearings = (vectors[:, probe, place] for probe in (axis, 2 + axis, 4 + axis))
+        others = (vectors[:, probe, place] for probe in (3 - axis, 5 - axis))
+        inertia = 2.0 * order**2 * square / rigid * disk
+        slopes = [inertia, *(damping * motion for motion in (*bearings, *others))]
+        load = damping * (2.0 * disk - bearings[0] - bearings[1]) - inertia
+        scale = 1.0 / np.hypot(NOISE_M, RELATIVE_ERROR * np.abs(inertia))
+        columns = np.column_stack((load, *slopes)) * scale[:, np.newaxis]
+        if order != ball_pass_order:
+            terms = drift * scale[:, np.newaxis]
+            columns -= terms @ np.linalg.lstsq(terms, columns, rcond=None)[0]
+        yield columns[:, 0], columns[:, 1:]
+
+
+def _constant_terms(windows: Sequence[CrackWindow], config: CrackConfig, rigid: Real) -> Complex:
+    """Return what q is without a crack: constant, and with the square of the speed, (2, 2)."""
+    pairs = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
+    loads, weights = (np.array(each) for each in zip(*pairs, strict=True))
+    drift = np.array([drift_terms(window) for window in windows])
+    constant = np.empty((2, 2), np.complex128)
+    for order in range(2):
+        root = np.sqrt(weights[:, order])
+        terms = drift * root[:, np.newaxis]
+        constant[:, order] = np.linalg.lstsq(terms, loads[:, order] * root, rcond=1e-3)[0]
+    return constant
