@@ -17,7 +17,7 @@ FORBIDDEN = ('truth', 'config', 'load')
 
 
 class ScoreNode(Node):  # type: ignore[misc]
-    """Scores -1 for good once it has seen a topic that a detector must not see."""
+    """Scores NaN for good once it has seen a topic that a detector must not see."""
 
     def __init__(self) -> None:
         super().__init__('score')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Detectors that fail in every way, for the tests of the evaluation."""
 
+import importlib
 import math
 import os
 import signal
@@ -122,3 +123,17 @@ class WritesEverywhere(Sound):
         except OSError:
             return super().push(block)
         raise AssertionError('wrote outside')
+
+
+class FliesItself(Sound):
+    """Tries to import what it could fly its flight again with."""
+
+    def push(self, block: WaveformBlock) -> Verdict:
+        importlib.import_module('vibration_monitor.view')  # others of the rig are there
+        for name in ('rotor_sim.simulator', 'maneuver_gen', 'rotor_bringup.dataset.stream'):
+            try:
+                importlib.import_module(name)
+            except OSError:
+                continue
+            raise AssertionError(f'{name} was imported')
+        return super().push(block)

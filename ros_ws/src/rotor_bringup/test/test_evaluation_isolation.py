@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotor_bringup.evaluation import landlock
+from rotor_bringup.evaluation import isolation, landlock
 from rotor_bringup.evaluation.isolation import DetectorProcess, Sandbox
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
@@ -161,6 +161,21 @@ def test_writing_ends_at_the_own_folder(sandbox: Sandbox) -> None:
     if not landlock.version():
         pytest.skip('this kernel has no Landlock')
     process, _ = fitted(sandbox, 'WritesEverywhere')
+    assert flown(process, 1.0)[1] == ''
+
+
+def test_a_detector_cannot_fly_its_flight_again(
+    sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not landlock.version():
+        pytest.skip('this kernel has no Landlock')
+    # as where the rig is installed: all its packages lie where a detector may read
+    source = Path(__file__).parents[2]
+    here = [source / 'rotor_sim', source / 'maneuver_gen', source / 'rotor_bringup/rotor_bringup']
+    installed = [*isolation.readable(), *here]
+    monkeypatch.setattr(isolation, 'readable', lambda: installed)
+    process, failure = fitted(sandbox, 'FliesItself')
+    assert (process.failure, failure) == ('', '')
     assert flown(process, 1.0)[1] == ''
 
 

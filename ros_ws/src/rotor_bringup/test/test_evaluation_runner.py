@@ -118,7 +118,7 @@ def test_a_watch_counts_alarms_and_keeps_the_largest() -> None:
     watch = Watch(alarm_score=1.0)
     said = [math.nan, 0.5, 1.0, math.nan, 1.2, 0.9, 1.1, 1.1]
     for second, score in enumerate(said):
-        watch.take(second, second + 1.0, score, f'at {second}')
+        watch.take(second + 1.0, 1.0, score, f'at {second}')
     assert watch.outcome() == Outcome(
         score=1.2,
         score_s=5.0,
@@ -137,7 +137,7 @@ def test_rises_are_thinned_to_later_times_only() -> None:
     watch = Watch(alarm_score=1.0)
     every = [(k / 10, k / 100) for k in range(1, 101)]
     for time_s, score in every:
-        watch.take(time_s - 0.1, time_s, score, '')
+        watch.take(time_s, 0.1, score, '')
     rises = watch.outcome().rises
     assert len(rises) <= 22
     assert set(rises) <= set(every)

@@ -119,7 +119,7 @@ def against_reference(of: CrackEstimator, flight: list[CrackWindow]) -> CrackEst
     return [of.update(window) for window in flight][-1].by_reference
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=10)
 @given(
     ratio=st.floats(0.005, 0.1),
     beta=st.floats(-3.1, 3.1),
@@ -130,12 +130,10 @@ def against_reference(of: CrackEstimator, flight: list[CrackWindow]) -> CrackEst
 def test_without_noise_the_estimate_is_exact_whatever_the_bearings_do(
     ratio: float, beta: float, speed: float, misalignment: complex, seed: int
 ) -> None:
-    flight = windows(
-        ratio=ratio, beta=beta, speeds=(speed,), misalignment=misalignment, runout=3e-7, seed=seed
-    )
+    flight = windows(ratio=ratio, beta=beta, speeds=(speed,), misalignment=misalignment, seed=seed)
     estimate = final(estimator(CONFIG), flight)
-    # the runout bends the measured orbit by a tenth of a radian; 48 points a turn round the rest
-    assert estimate.ratio == pytest.approx(ratio, rel=0.05)
+    # 48 points a turn, and cracks at every 10 degrees: cos(3 x 5 degrees) = 0.966 at 3x
+    assert estimate.ratio == pytest.approx(ratio, rel=0.04)
     assert cmath.phase(cmath.exp(1j * (estimate.angle_rad - beta))) == pytest.approx(0, abs=0.05)
 
 

@@ -11,6 +11,7 @@ flight under test, so that each starts from the same fitted detector. Its parent
 import contextlib
 import ctypes
 import gc
+import importlib.util
 import json
 import math
 import os
@@ -40,6 +41,7 @@ from vibration_monitor.detectors.protocol import (
 
 LONGEST_ORDER = 65_536
 OURS = 'vibration_monitor'
+SIMULATOR = ('rotor_sim', 'maneuver_gen', 'rotor_bringup')
 FIT, FLIGHT = b'fit', b'flight'
 _PR_SET_PDEATHSIG = 1
 
@@ -146,8 +148,14 @@ def _confine(read: list[Path], parent: Path) -> Path:
     folder = Path(tempfile.mkdtemp(dir=parent))
     _settle_in(folder)
     _save_no_machine_code()
-    landlock.restrict(read, [folder, Path(os.devnull)])
+    landlock.restrict(read, [folder, Path(os.devnull)], hide=_simulator())
     return folder
+
+
+def _simulator() -> list[Path]:
+    """Return where the packages lie with which a detector could fly its flight again."""
+    specs = map(importlib.util.find_spec, SIMULATOR)
+    return [Path(spec.origin).parent for spec in specs if spec and spec.origin]
 
 
 def _settle_in(folder: Path) -> None:

@@ -8,7 +8,7 @@ of the system calls, which are the same on every architecture.
 
 import ctypes
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
@@ -17,6 +17,7 @@ _PR_SET_NO_NEW_PRIVS = 38
 _VERSION = 1
 
 _READ_FILE, _READ_DIR = 1 << 2, 1 << 3
+_READ = _READ_FILE | _READ_DIR
 _WRITE = sum(1 << bit for bit in (1, 4, 5, 7, 8, 10, 12))
 """Write files; remove files and folders; make folders, files, pipes, links. No devices, sockets."""
 _EVERYTHING_ABI_1 = (1 << 13) - 1
@@ -47,13 +48,14 @@ def version() -> int:
     return max(0, int(_LIBC.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION)))
 
 
-def restrict(read: Iterable[Path], write: Iterable[Path]) -> int:
+def restrict(read: Iterable[Path], write: Iterable[Path], hide: Collection[Path] = ()) -> int:
     """Let this thread, and what it forks, read below `read` and read and write below `write`.
 
-    Nothing else of the file system can be opened, /proc included, nothing can be executed, and
-    where the kernel knows how: no TCP, no signals to and no tracing of processes outside. There
-    is no way back. Paths that do not exist are left out. Return the version, 0 where the kernel
-    has no Landlock: then nothing is restricted.
+    No file below `hide` can be read, wherever it lies below `read`. Nothing else of the file
+    system can be opened, /proc included, nothing can be executed, and where the kernel knows how:
+    no TCP, no signals to and no tracing of processes outside. There is no way back. Paths that do
+    not exist are left out. Return the version, 0 where the kernel has no Landlock: then nothing is
+    restricted.
 
     Raises:
         OSError: the kernel has it but refuses.
@@ -70,11 +72,12 @@ def restrict(read: Iterable[Path], write: Iterable[Path]) -> int:
     size = ctypes.c_size_t(ctypes.sizeof(attributes))
     ruleset = _checked(_LIBC.syscall(_CREATE_RULESET, ctypes.byref(attributes), size, 0))
     try:
-        readable = _READ_FILE | _READ_DIR
-        for path in read:
-            _allow(ruleset, path, readable)
+        hidden = [os.path.realpath(path) for path in hide]
+        tops = {os.path.realpath(path) for path in read}
+        for place, access in {rule for top in tops for rule in _around(top, hidden)}:
+            _allow(ruleset, place, access)
         for path in write:
-            _allow(ruleset, path, (readable | _WRITE | _REFER | _TRUNCATE) & handled)
+            _allow(ruleset, path, (_READ | _WRITE | _REFER | _TRUNCATE) & handled)
         _checked(_LIBC.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
         _checked(_LIBC.syscall(_RESTRICT_SELF, ruleset, 0))
     finally:
@@ -82,13 +85,31 @@ def restrict(read: Iterable[Path], write: Iterable[Path]) -> int:
     return spoken
 
 
-def _allow(ruleset: int, path: Path, access: int) -> None:
+def _around(path: str, hidden: Collection[str]) -> Iterator[tuple[str, int]]:
+    """Yield what to allow for reading below `path` except `hidden`: rules can only allow.
+
+    Strings, as every process of a detector does this for every package installed.
+    """
+    below = os.path.join(path, '')  # noqa: PTH118 - ends with /
+    if any(below.startswith(one + os.sep) for one in hidden):
+        return
+    if not any(one.startswith(below) for one in hidden):
+        yield path, _READ
+        return
+    yield path, _READ_DIR
+    with os.scandir(path) as entries:
+        for entry in entries:
+            if not entry.is_symlink():  # what it leads to is allowed, or not, at its own place
+                yield from _around(entry.path, hidden)
+
+
+def _allow(ruleset: int, path: str | Path, access: int) -> None:
     try:
         opened = os.open(path, os.O_PATH | os.O_CLOEXEC)
     except FileNotFoundError:
         return
     try:
-        allowed = access if path.is_dir() else access & _OF_FILES
+        allowed = access if Path(path).is_dir() else access & _OF_FILES
         rule = _PathBeneath(allowed, opened)
         _checked(_LIBC.syscall(_ADD_RULE, ruleset, _PATH_BENEATH, ctypes.byref(rule), 0))
     finally:

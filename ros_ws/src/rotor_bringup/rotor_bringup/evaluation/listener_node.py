@@ -68,9 +68,10 @@ class ListenerNode(ReplayNode):
     def _hear(self, message: Any) -> None:
         self._heard_s = time.monotonic()
         if hasattr(message, 'status'):
-            level = max((_level(status) for status in message.status), default=math.nan)
             text = '; '.join(status.message for status in message.status)
-            self.said.append((messages.stamp_ns(message) / NANOSECONDS, level, text))
+            # a stamp that was never set is no time
+            stamp_ns = messages.stamp_ns(message) or self._clock_ns
+            self.said.append((stamp_ns / NANOSECONDS, worst_level(message.status), text))
         elif hasattr(message, 'data'):
             self.said.append((self._clock_ns / NANOSECONDS, float(message.data), ''))
 
@@ -83,10 +84,11 @@ class ListenerNode(ReplayNode):
         return now_s - self._quiet_since_s > QUIET_S
 
 
-def _level(status: Any) -> float:
-    level = status.level
-    number = level[0] if isinstance(level, bytes) else int(level)
-    return math.nan if number == Level.STALE else float(number)
+def worst_level(statuses: Sequence[Any]) -> float:
+    """Return the highest level, NaN where all are stale or there are none."""
+    levels = (status.level for status in statuses)
+    numbers = [level[0] if isinstance(level, bytes) else int(level) for level in levels]
+    return float(max((n for n in numbers if n != Level.STALE), default=math.nan))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

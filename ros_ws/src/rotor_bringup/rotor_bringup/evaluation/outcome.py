@@ -92,22 +92,22 @@ class Watch:
         self._judged_s = 0.0
         self._rises: list[tuple[float, float]] = []
 
-    def take(self, start_s: float, end_s: float, score: float, evidence: str) -> None:
-        """Take the verdict on a block; NaN leaves everything as it was."""
+    def take(self, said_s: float, holds_s: float, score: float, evidence: str) -> None:
+        """Take a verdict: when it was said, for how long it counts; NaN leaves all as it was."""
         if math.isnan(score):
             return
-        self._judged_s += end_s - start_s
+        self._judged_s += holds_s
         is_alarm = score >= self._alarm_score
         if is_alarm and not self._is_alarm:
             self._alarms += 1
             if math.isnan(self._first_alarm_s):
-                self._first_alarm_s = end_s
+                self._first_alarm_s = said_s
         self._is_alarm = is_alarm
         if not score <= self._best.score:
-            self._best = Outcome(score, end_s, evidence)
-            if len(self._rises) > 1 and end_s - self._rises[-2][0] < RISE_S:
+            self._best = Outcome(score, said_s, evidence)
+            if len(self._rises) > 1 and said_s - self._rises[-2][0] < RISE_S:
                 self._rises.pop()  # the later time for both: no alarm is made earlier
-            self._rises.append((end_s, score))
+            self._rises.append((said_s, score))
 
     def outcome(self, failure: str = '') -> Outcome:
         """Return what remains of the flight."""

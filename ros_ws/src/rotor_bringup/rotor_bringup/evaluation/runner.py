@@ -280,7 +280,7 @@ class _Test(_Listener):
         while verdicts:
             block, score, evidence = verdicts.popleft()
             start_s, end_s = self._ends_s[block : block + 2]
-            self._watches[name].take(start_s, end_s, score, evidence)
+            self._watches[name].take(end_s, end_s - start_s, score, evidence)
 
     def result(self) -> FlightResult:
         """Return what remains of the flight."""

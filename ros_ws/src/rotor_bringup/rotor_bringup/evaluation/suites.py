@@ -14,6 +14,7 @@ from rotor_bringup.dataset.suite import Flight, Machine, plan_suite
 from rotor_bringup.dataset.write import file_of
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.evaluation.runner import Simulated, Source
+from rotor_interfaces.errors import RigError
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.reading import Recording, waveform_blocks
 
@@ -40,14 +41,41 @@ class Stored:
 
         Raises:
             RecordingError: a recording that cannot be read.
-            DatasetError: one that is damaged.
+            DatasetError: one that is damaged, has a gap, or is not as long as its flight.
 
         """
-        recordings = [Recording(self.folder / file_of(flight)) for flight in flights]
-        yield from zip(*(waveform_blocks(recording) for recording in recordings), strict=False)
-        for recording in recordings:
-            if recording.damage:
-                raise DatasetError(f'{recording.path} is damaged: {recording.damage[0]}')
+        streams = [_whole(self.folder / file_of(flight), flight) for flight in flights]
+        try:
+            yield from zip(*streams, strict=True)
+        except RigError:
+            raise
+        except ValueError:
+            # each is as long as it should be, so what differs is the blocks
+            raise DatasetError(
+                f'flights {flights[0].name} to {flights[-1].name} in {self.folder} differ in the '
+                'length of their blocks; make the data set anew by `rotor-rig dataset`'
+            ) from None
+
+
+def _whole(path: Path, flight: Flight) -> Iterator[WaveformBlock]:
+    """Yield the blocks of a recording; raises unless they are the whole flight."""
+    recording = Recording(path)
+    wanted = round(flight.duration_s * flight.scenario.rate_hz)
+    samples, fits = 0, True
+    for block in waveform_blocks(recording):
+        end = samples + len(block.rows)
+        fits = block.first_sample == samples and end <= wanted
+        if not fits:
+            break
+        yield block
+        samples = end
+    if recording.damage:
+        raise DatasetError(f'{path} is damaged: {recording.damage[0]}')
+    if not fits or samples != wanted:
+        raise DatasetError(
+            f'{path} should hold {wanted} samples from 0 and nothing else, which is so for the '
+            f'first {samples} only; remove it and make it anew by `rotor-rig dataset`'
+        )
 
 
 def load(suite: str, *, seed: int, split: str, limit: int | None) -> Chosen:

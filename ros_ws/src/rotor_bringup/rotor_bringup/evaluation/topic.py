@@ -17,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from rotor_bringup.dataset.suite import Flight, Machine
@@ -34,6 +35,8 @@ ALARM_SCORE = 1.0
 """Level WARN of a DiagnosticArray; a Float64 is to follow it."""
 
 ISOLATION = 'topic: the node hears anonymous blocks alone, but is a process of its user'
+SLACK_S = 0.2
+"""A stamp may lie so far behind the end of the flight: a block."""
 STOP_S = 10.0
 MOST_PER_S = 1000.0
 
@@ -94,7 +97,7 @@ def _outcome(flight: Flight, node: Node, source: Source) -> Outcome:
         with _running(node.command, folder) as complaint:
             said = _replayed(file, node, folder)
             died = complaint()
-        return _watched(said, flight.duration_s, died)
+        return watched(said, flight.duration_s, died)
 
 
 def _write(flight: Flight, source: Source, file: Path) -> None:
@@ -169,12 +172,20 @@ def _replayed(file: Path, node: Node, folder: Path) -> list[tuple[float, float, 
     return [(time, score, text) for time, score, text in json.loads(out.read_text('utf-8'))]
 
 
-def _watched(said: list[tuple[float, float, str]], duration_s: float, died: str) -> Outcome:
-    """Return what remains; each score holds until the next."""
+def watched(said: list[tuple[float, float, str]], duration_s: float, died: str) -> Outcome:
+    """Return what remains of (time in s, score, reason) in a flight.
+
+    Each score holds until the next, the last until the flight ends. A stamp that lies outside the
+    flight is a failure: nobody can tell what it means.
+    """
     watch = Watch(ALARM_SCORE)
-    before_s = 0.0
-    for time_s, score, text in said:
-        at_s = min(max(time_s, before_s), duration_s)
-        watch.take(before_s, at_s, score, text)
-        before_s = at_s
+    if outside := [time_s for time_s, _, _ in said if not 0 <= time_s <= duration_s + SLACK_S]:
+        return watch.outcome(
+            f'it stamped a message {outside[0]:.9g} s, outside its flight of {duration_s:g} s; '
+            'stamps must follow those of the waveform'
+        )
+    ordered = sorted(said, key=lambda one: one[0])
+    times_s = [*(min(time_s, duration_s) for time_s, _, _ in ordered), duration_s]
+    for (_, score, text), (said_s, next_s) in zip(ordered, pairwise(times_s), strict=True):
+        watch.take(said_s, next_s - said_s, score, text)
     return watch.outcome(died or ('' if said else 'it said nothing'))

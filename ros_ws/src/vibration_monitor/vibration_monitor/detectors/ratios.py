@@ -6,37 +6,30 @@ import math
 from collections.abc import Iterable
 
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import AlarmConfig, AlarmRule, MonitorConfig
+from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detectors.persistence import Persistence
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
-RULES = AlarmConfig(
-    rules=(
-        AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6),
-        AlarmRule(indicator='disk_z/ratio_3_1', warn=0.5, error=2.0),
-    )
-)
+LIMITS = {'disk_z/ratio_2_1': 0.3, 'disk_z/ratio_3_1': 0.5}
 """Limits above what a healthy rotor of this kind shows in steady flight (docs/monitor.md)."""
+REQUIRED, OUT_OF = 3, 5
+"""Windows that must reach a level, of so many last ones."""
 
 
 class RatioDetector:
     """A2/A1 and A3/A1 of the disk against fixed limits.
 
-    Score = ratio over its limit WARN, the higher of the two, reached by 3 of the last 5 windows.
+    Score = ratio over its limit, the higher of the two, reached by 3 of the last 5 windows.
     Nothing is learnt from the reference flights.
     """
 
     alarm_score = 1.0
 
     def __init__(self) -> None:
-        config = MonitorConfig(channels=('disk_z',), extras=(), hop_revolutions=32, alarm=RULES)
+        config = MonitorConfig(channels=('disk_z',), extras=(), hop_revolutions=32)
         self._monitor = VibrationMonitor(config)
-        self._rules = config.alarm.rules
-        self._levels = {
-            rule.indicator: Persistence(config.alarm.required, config.alarm.out_of)
-            for rule in self._rules
-        }
+        self._levels = {indicator: Persistence(REQUIRED, OUT_OF) for indicator in LIMITS}
         self._verdict = SILENT
 
     def fit(self, flights: Iterable[Iterable[WaveformBlock]]) -> None:
@@ -50,11 +43,9 @@ class RatioDetector:
 
     def _judge(self, record: IndicatorRecord) -> Verdict:
         best = SILENT
-        for rule in self._rules:
-            value = record.value(rule.indicator)
-            score = self._levels[rule.indicator].update(value / rule.warn)
+        for indicator, limit in LIMITS.items():
+            score = self._levels[indicator].update(record.value(indicator) / limit)
             if math.isnan(score) or score <= best.score:
                 continue
-            text = f'{rule.indicator} reaches {score:.2f} times its limit {rule.warn:g}'
-            best = Verdict(score, text)
+            best = Verdict(score, f'{indicator} reaches {score:.2f} times its limit {limit:g}')
         return best
