@@ -57,6 +57,14 @@ def test_a_sound_rotor_with_unbalance_misalignment_and_clearance_shows_none() ->
 
 
 @pytest.mark.slow
+def test_level_flight_with_perfect_sensors_is_no_evidence() -> None:
+    # nothing but nanometres change: they must not pass for a load that changes
+    level = {'speed': {'initial_rad_s': 352.0}, 'maneuver': {'profile': 'constant'}}
+    found = final(Scenario.from_mapping({'name': 'level', 'duration_s': 20.0, **level}))
+    assert found['crack_ratio_low'] <= 0.0
+
+
+@pytest.mark.slow
 def test_a_baseline_is_part_of_a_scenario(tmp_path: Path) -> None:
     for number, stiffness in enumerate((2.5e7, 2.4e7)):
         file = tmp_path / f'healthy_{number}.mcap'

@@ -38,6 +38,9 @@ from vibration_monitor.trend import overlap_inflation
 _LEAST_ERROR_M = 1e-10
 """Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
 
+_LEAST_CHANGE_M = 2e-8
+"""RMS by which the load of a crack of K = 1 must change: less is the leakage of other orders."""
+
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
 
@@ -226,7 +229,9 @@ class _Fit:
         degrees = max(self._windows - 3.0 * inflation, 1.0)
         # half of the rest is real: `rest` sums real and imaginary parts
         variance = inflation * 0.5 * rest / degrees / left
-        lowest = (ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size).min(axis=0)
+        lowest = ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size
+        changes = left / weight[:, None] >= _LEAST_CHANGE_M**2
+        lowest = np.where(changes, lowest, np.minimum(lowest, 0.0)).min(axis=0)
         best = int(np.argmax(lowest))
         angle = float(BETAS_RAD[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
         return CrackEstimate(
