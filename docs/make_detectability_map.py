@@ -30,9 +30,9 @@ from rotor_sim.load_grid import LoadGrid
 from rotor_sim.simulator import RotorSimulator
 from vibration_monitor.detectors.baseline import BaselineDetector
 
-SPEEDS_RAD_S = np.arange(200.0, 641.0, 20.0)
+SPEEDS_RAD_S = np.array([*range(200, 460, 40), *range(460, 641, 20)], float)
 PEAKS = (1.0, 2.0, 3.0, 5.0, 9.0)
-CRACKS = (0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1)
+CRACKS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.1)
 DURATION_S = 40.0
 BLOCK_SAMPLES = 4096
 REFERENCE = (5.0, 0.0)
