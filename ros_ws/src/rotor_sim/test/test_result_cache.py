@@ -153,6 +153,17 @@ def test_the_version_covers_the_real_sources() -> None:
         assert list(module._PACKAGE.glob(pattern)), pattern
 
 
+def test_each_byte_of_the_directory_counts(tmp_path: Path) -> None:
+    # a file that says its comment begins earlier would lose all arrays but the first
+    cache = ResultCache(tmp_path)
+    cache.store('a', RESULT)
+    path = tmp_path / 'a.npz'
+    content = path.read_bytes()
+    for place in range(len(content) - 400, len(content)):
+        path.write_bytes(content[:place] + bytes([content[place] ^ 2]) + content[place + 1 :])
+        assert cache.load('a') is None
+
+
 @settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_changed_byte_is_noticed(tmp_path: Path, data: st.DataObject) -> None:
@@ -163,9 +174,7 @@ def test_a_changed_byte_is_noticed(tmp_path: Path, data: st.DataObject) -> None:
     place = data.draw(st.integers(0, len(content) - 1))
     content[place] ^= data.draw(st.integers(1, 255))
     path.write_bytes(content)
-    found = cache.load('a')
-    if found is not None:  # a byte that means nothing, such as a time stamp
-        assert_same(found, RESULT)
+    assert cache.load('a') is None
 
 
 @pytest.mark.parametrize('part', [0.0, 0.1, 0.5, 0.99])

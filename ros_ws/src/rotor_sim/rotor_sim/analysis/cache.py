@@ -5,6 +5,7 @@
 import dataclasses
 import functools
 import hashlib
+import io
 import json
 import os
 import struct
@@ -45,8 +46,13 @@ _DAMAGE = (
 )
 
 
+_SEAL_BYTES = 64
+
+
 class ResultCache:
     """A folder of npz files named by what was asked for: model, plan, start and code version.
+
+    The comment that ends a file is the SHA-256 of all before it.
 
     Several processes may share the folder: a file appears whole or not at all. Nothing is ever
     removed; the folder may be deleted at any time.
@@ -79,14 +85,13 @@ class ResultCache:
     def load(self, key: str) -> Arrays | None:
         """Return the arrays stored under `key`; None where there are none or the file is damaged.
 
-        Every byte of the arrays is checked against the file's CRC-32 sums first.
+        Every byte of the file is checked first: the directory of a zip file has no sum of its own.
         """
-        path = self._path(key)
         try:
-            with zipfile.ZipFile(path) as archive:
-                if archive.testzip() is not None:
-                    return None
-            with np.load(path, allow_pickle=False) as arrays:
+            content = self._path(key).read_bytes()
+            if _seal(content) != content[-_SEAL_BYTES:]:
+                return None
+            with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
                 return dict(arrays)
         except _DAMAGE:
             return None
@@ -95,8 +100,12 @@ class ResultCache:
         """Keep `arrays` under `key`; AnalysisError where the disk does not take them."""
         temporary = self.folder / f'.{key}-{os.getpid()}-{threading.get_ident()}.tmp'
         try:
-            with temporary.open('wb') as file:
-                np.savez(file, allow_pickle=False, **arrays)
+            content = io.BytesIO()
+            np.savez(content, allow_pickle=False, **arrays)
+            with zipfile.ZipFile(content, 'a') as archive:
+                archive.comment = bytes(_SEAL_BYTES)
+            sealed = content.getvalue()
+            temporary.write_bytes(sealed[:-_SEAL_BYTES] + _seal(sealed))
             temporary.replace(self._path(key))
         except OSError as error:
             raise AnalysisError(
@@ -108,6 +117,11 @@ class ResultCache:
 
     def _path(self, key: str) -> Path:
         return self.folder / f'{key}.npz'
+
+
+def _seal(content: bytes) -> bytes:
+    """Return the SHA-256 of a file but for its seal."""
+    return hashlib.sha256(content[:-_SEAL_BYTES]).hexdigest().encode()
 
 
 @functools.cache
