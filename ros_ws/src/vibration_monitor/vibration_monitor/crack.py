@@ -38,9 +38,6 @@ from vibration_monitor.trend import overlap_inflation
 _LEAST_ERROR_M = 1e-10
 """Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
 
-_LEAST_CHANGE_M = 2e-8
-"""RMS by which the load of a crack of K = 1 must change: less is the leakage of other orders."""
-
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
 
@@ -230,8 +227,9 @@ class _Fit:
         # half of the rest is real: `rest` sums real and imaginary parts
         variance = inflation * 0.5 * rest / degrees / left
         lowest = ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size
-        changes = left / weight[:, None] >= _LEAST_CHANGE_M**2
-        lowest = np.where(changes, lowest, np.minimum(lowest, 0.0)).min(axis=0)
+        # what changes more than the load of K = 1 is noise, which q and p share: no evidence
+        is_possible = power[:, None] <= left
+        lowest = np.where(is_possible, lowest, np.minimum(lowest, 0.0)).min(axis=0)
         best = int(np.argmax(lowest))
         angle = float(BETAS_RAD[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
         return CrackEstimate(
