@@ -119,8 +119,8 @@ def test_processes_change_no_byte(suite: str, made: Path, tmp_path: Path) -> Non
     )
     assert result.times_real_time is not None
     assert tree(tmp_path / 'set') == tree(made)
-    assert seen[0] == (0, 8)
-    assert seen[-1] == (8, 8)
+    assert seen[0] == (0, 9)
+    assert seen[-1] == (9, 9)
     assert seen == sorted(seen)
 
 
