@@ -118,7 +118,8 @@ def scores(content: Content) -> Figure:
             axes.plot(x, y, '.', color=colour, markersize=3,
                       label='cracked' if is_cracked else 'healthy')  # fmt: skip
         axes.axvline(0.0, color='black', linewidth=0.8)
-        axes.set_xscale('symlog', linthresh=abs(alarm) or 1.0)
+        # a power of ten: the labels about zero then keep apart
+        axes.set_xscale('symlog', linthresh=10.0 ** round(math.log10(abs(alarm) or 1.0)))
         if numbers['failed']:
             words = f'failed on {numbers["failed"]} flights'
             axes.text(0.5, 1.0, words, transform=axes.transAxes, ha='center', va='top')
