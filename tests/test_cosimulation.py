@@ -123,6 +123,7 @@ class Bench:
         if self.process.poll() is None:
             self.process.kill()
             self.process.communicate()
+        self._executor.shutdown()  # it keeps the publishers, which others would hear
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
 
@@ -141,6 +142,35 @@ def bench(domain: dict[str, str]) -> Iterator[Start]:
     yield start
     for one in benches:
         one.close()
+
+
+def test_a_second_generator_is_refused(bench: Start) -> None:
+    from rotor_interfaces import ros
+
+    rig = bench(duration_s=1.0, timeout_s=1.0)
+    ros.publisher(rig.node, topics.MANEUVER_LOAD)
+    code, said = rig.end()
+    assert code == 3
+    assert 'another source publishes maneuver/load' in said
+
+
+def test_an_ended_bench_is_heard_no_more(domain: dict[str, str]) -> None:
+    import rclpy
+    from rclpy.context import Context
+    from rclpy.node import Node
+
+    first = Bench(domain, duration_s=1.0)
+    first.wait_for(lambda: first.ready)
+    context = Context()
+    rclpy.init(context=context, domain_id=int(domain['ROS_DOMAIN_ID']))
+    node = Node('listener', context=context)
+    first.close()
+    deadline = time.monotonic() + 30.0
+    while node.count_publishers(topics.MANEUVER_LOAD.name):
+        assert time.monotonic() < deadline, 'a closed bench still publishes'
+        time.sleep(0.1)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
 
 
 def test_a_hole_in_the_grid_stalls_the_run_and_ends_it_with_a_reason(bench: Start) -> None:

@@ -52,6 +52,7 @@ def set_parameters(values: dict[str, float]) -> dict[str, Any]:
             executor.spin_until_future_complete(future, 10.0)
             results[name] = future.result().results[0]
     finally:
+        executor.shutdown()
         node.destroy_node()
         rclpy.shutdown(context=context)
     return results

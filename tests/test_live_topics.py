@@ -54,6 +54,7 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
         executor.spin_once(0.1)
     ros.spin_until_quiet(executor)
     out, err = process.communicate(timeout=10)
+    executor.shutdown()
     node.destroy_node()
     rclpy.shutdown(context=context)
     assert process.returncode == 0, err

@@ -76,6 +76,7 @@ class Source:
     def close(self) -> None:
         import rclpy
 
+        self._executor.shutdown()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 

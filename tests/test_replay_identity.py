@@ -63,6 +63,7 @@ def test_a_monitor_on_a_replay_gives_the_live_indicators(
             if process is not None and process.poll() is None:
                 process.terminate()
                 process.wait(10)
+        executor.shutdown()
         node.destroy_node()
         rclpy.shutdown(context=context)
     assert [message.position.tobytes() for message in heard] == expected

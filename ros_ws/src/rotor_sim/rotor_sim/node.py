@@ -214,12 +214,13 @@ class RotorSimNode(Node):  # type: ignore[misc]
             for topic, publisher in self._publishers_of.items()
             if publisher.get_subscription_count() < self._expected_subscribers(topic)
         ]
-        if self.count_publishers(topics.WAVEFORM.name) > 1:
+        missing += [
+            f'another source publishes {topic.name} in this ROS domain (end it or choose another '
+            'ROS_DOMAIN_ID)'
             # a killed rig is remembered by DDS for a while, so this too is waited for
-            missing.append(
-                'another source publishes rotor/waveform in this ROS domain (end it or choose '
-                'another ROS_DOMAIN_ID)'
-            )
+            for topic in (topics.WAVEFORM, topics.MANEUVER_LOAD)
+            if self.count_publishers(topic.name) > 1
+        ]
         if not missing:
             self._progress.report(0)
             self._enter(self._wait_for_load)

@@ -170,5 +170,6 @@ class Peer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
