@@ -29,6 +29,7 @@ from vibration_monitor.crack_model import (
     CrackConfig,
     CrackWindow,
     Real,
+    bend,
     drift_terms,
     equivalent_loads,
     unit_crack,
@@ -37,6 +38,9 @@ from vibration_monitor.trend import overlap_inflation
 
 _LEAST_ERROR_M = 1e-10
 """Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
+
+_LEAST_CHANGE_M = 1e-6
+"""RMS by which the static bend must change, 0.08 g: in steady flight q and p share their noise."""
 
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
@@ -128,10 +132,12 @@ class CrackEstimator:
         loads, weights = equivalent_loads(window, self._rigid, self.config.damping_ratio)
         unit = unit_crack(window, self.config.crack_half_angle_rad)
         drift = drift_terms(window)
+        static = complex(*bend(window.mean))
         for fit in self._by_load.values():
-            fit.add(drift, unit, loads, weights)
+            fit.add(drift, unit, loads, weights, static)
         if self._constant is not None:
-            self._by_reference.add(drift, unit, loads - drift @ self._constant, weights)
+            rest = loads - drift @ self._constant
+            self._by_reference.add(drift, unit, rest, weights, static)
 
     def _judge(self) -> CrackFindings:
         both = [fit.judge(0.0, self._inflation) for fit in self._by_load.values()]
@@ -166,6 +172,7 @@ class _Fit:
         orders, terms, betas = len(CRACK_ORDERS), 2, len(BETAS_RAD)
         self._drifts = drifts
         self._windows = 0.0
+        self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend, and squared
         self._sums: list[NDArray[Any]] = [
             np.zeros(orders),  # weight
             np.zeros((orders, terms, terms)),  # drift with drift
@@ -179,11 +186,15 @@ class _Fit:
     def age(self, keep: float) -> None:
         """Multiply the weight of all windows so far by `keep`."""
         self._windows *= keep
+        self._bends = [keep * each for each in self._bends]
         self._sums = [keep * each for each in self._sums]
 
-    def add(self, drift: Real, unit: Complex, loads: Complex, weights: Real) -> None:
-        """Take a window."""
+    def add(
+        self, drift: Real, unit: Complex, loads: Complex, weights: Real, static_bend: complex
+    ) -> None:
+        """Take a window; `static_bend` is y + i z in m."""
         self._windows += 1.0
+        self._bends = [self._bends[0] + static_bend, self._bends[1] + abs(static_bend) ** 2]
         new = [
             weights,
             weights[:, None, None] * np.outer(drift, drift),
@@ -194,6 +205,11 @@ class _Fit:
             weights[:, None] * np.abs(unit) ** 2,
         ]
         self._sums = [old + now for old, now in zip(self._sums, new, strict=True)]
+
+    def _bend_change_m(self) -> float:
+        """Return by how much the static bend changes, RMS."""
+        total, square = self._bends
+        return math.sqrt(max(abs(square) / self._windows - abs(total / self._windows) ** 2, 0.0))
 
     def _drift_inverse(self) -> Real:
         """Return the inverse of the drift's normal matrix, (orders, terms, terms).
@@ -227,9 +243,9 @@ class _Fit:
         # half of the rest is real: `rest` sums real and imaginary parts
         variance = inflation * 0.5 * rest / degrees / left
         lowest = ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size
-        # what changes more than the load of K = 1 is noise, which q and p share: no evidence
-        is_possible = power[:, None] <= left
-        lowest = np.where(is_possible, lowest, np.minimum(lowest, 0.0)).min(axis=0)
+        if self._drifts and self._bend_change_m() < _LEAST_CHANGE_M:
+            lowest = np.minimum(lowest, 0.0)
+        lowest = lowest.min(axis=0)
         best = int(np.argmax(lowest))
         angle = float(BETAS_RAD[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
         return CrackEstimate(
