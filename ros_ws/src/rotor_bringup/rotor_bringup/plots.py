@@ -129,7 +129,9 @@ def draw_waterfall(
         curtains.append(np.column_stack([across, np.full(across.size, x[row]), up]))
         colours.append(ORANGE if bad[row] else colour)
     axes.add_collection3d(
-        Poly3DCollection(curtains, facecolors='white', edgecolors=colours, linewidths=0.4)
+        Poly3DCollection(
+            _of_one_length(curtains), facecolors='white', edgecolors=colours, linewidths=0.4
+        )
     )
     axes.set_xlim(0.0, highest)
     axes.set_ylim(*_span(x))
@@ -143,6 +145,15 @@ def draw_waterfall(
         axes.text2D(
             0.02, 0.98, '\n'.join(counted), transform=axes.transAxes, va='top', color=ORANGE
         )
+
+
+def _of_one_length(lines: list[FloatArray]) -> list[FloatArray]:
+    """Return the lines (n, 3) with points repeated, evenly, until all are as long as the longest.
+
+    matplotlib computes with the unset memory behind lines that are shorter than others.
+    """
+    longest = max(map(len, lines), default=0)
+    return [line[np.linspace(0, len(line) - 1, longest).round().astype(int)] for line in lines]
 
 
 def draw_section(

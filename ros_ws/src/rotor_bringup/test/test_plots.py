@@ -98,6 +98,27 @@ def test_a_waterfall_shows_the_highest_amplitude_and_no_frequency_beyond(figure:
     ]
 
 
+def test_the_limits_of_a_waterfall_do_not_come_from_unset_memory(
+    figure: Figure, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines of different length leave part of matplotlib's array of corners unset."""
+    unset = np.empty
+
+    def garbage(shape: Any, *arguments: Any, **options: Any) -> Any:
+        array = unset(shape, *arguments, **options)
+        if array.dtype == np.float64:
+            array[...] = np.where(np.arange(array.size).reshape(array.shape) % 2, 1e308, -1e308)
+        return array
+
+    monkeypatch.setattr(np, 'empty', garbage)
+    axes = figure.add_subplot(projection='3d')
+    frequency = X[:, None] * np.arange(50.0)
+    plots.draw_waterfall(axes, frequency, X, RNG.random((6, 50)), highest=8.0)
+    drawn(figure)
+    assert axes.get_xlim()[1] == pytest.approx(8.0, rel=0.1)
+    assert axes.get_ylim()[1] == pytest.approx(0.3, rel=0.1)
+
+
 def test_a_waterfall_of_many_values_shows_some_of_them(figure: Figure) -> None:
     axes = figure.add_subplot(projection='3d')
     plots.draw_waterfall(axes, np.arange(9.0), np.arange(400.0), RNG.random((400, 9)))
