@@ -9,6 +9,7 @@ move as they like; the disk's x follows from q; the probes then add their runout
 import cmath
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -178,7 +179,7 @@ def test_the_ball_pass_line_gives_the_stiffness_of_the_machine() -> None:
     assert learnt.rigid_critical_speeds_rad_s == pytest.approx((softer, softer), rel=1e-3)
 
 
-def test_a_wrong_critical_speed_is_repaired_by_the_references() -> None:
+def test_a_wrong_critical_speed_is_repaired_by_the_flight_and_by_the_references() -> None:
     softer = 0.95 * CONFIG.rigid_critical_speed_rad_s
     flight: dict[str, Any] = {'rigid': softer, 'noise': 1e-8, 'speeds': (500.0,)}
     baseline = learn_baseline(windows(**flight, seed=1), CONFIG, BALL_PASS)
@@ -186,7 +187,40 @@ def test_a_wrong_critical_speed_is_repaired_by_the_references() -> None:
     taught = final(estimator(CrackConfig(baseline=baseline)), cracked)
     untaught = final(estimator(CONFIG), cracked)
     assert taught.ratio == pytest.approx(0.05, rel=0.15)
-    assert abs(untaught.ratio - 0.05) > abs(taught.ratio - 0.05)
+    # the stiffness acts like a scale error, which the fit allows for, at the price of certainty
+    assert untaught.ratio == pytest.approx(0.05, rel=0.15)
+    assert untaught.lowest < taught.lowest < 0.05
+
+
+@settings(deadline=None, max_examples=20)
+@given(
+    probe=st.integers(0, 5),
+    gain=st.floats(-0.15, 0.15),
+    ratio=st.sampled_from([0.0, 0.03]),
+    speed=st.sampled_from([260.0, 440.0, 536.0, 600.0]),
+    seed=st.integers(0, 1000),
+)
+def test_a_probe_whose_gain_changed_is_not_a_crack_and_hides_none(
+    probe: int, gain: float, ratio: float, speed: float, seed: int
+) -> None:
+    scale = np.ones(6)
+    scale[probe] += gain
+    flight = [
+        replace(
+            window,
+            mean=window.mean * scale,
+            vectors=window.vectors * scale[:, None],
+            ball_pass=window.ball_pass * scale,
+        )
+        for window in windows(ratio=ratio, speeds=(speed,), misalignment=1e-6, seed=seed)
+    ]
+    estimate = final(estimator(CONFIG), flight)
+    if ratio == 0.0:
+        assert estimate.lowest < 1e-3
+    else:
+        # the static bend is 2 x - x_1 - x_2: the gain of the disk's probe counts twice there
+        assert estimate.ratio == pytest.approx(ratio, rel=0.4)
+        assert estimate.lowest > 0.005
 
 
 def test_growth_is_followed_with_the_memory() -> None:

@@ -4,22 +4,19 @@
 
 `crack_model` turns every window into equivalent loads q_n at 2x and 3x and into p_n(beta), what a
 crack of K = 1 would do. A crack's q_n grows with the load, whereas a misalignment's force and a
-probe's runout stay:
+probe's runout stay, and a probe whose scale has changed goes with the motion itself:
 
-    q_n = constant (runout, misalignment) + runout (w^2) + K p_n(beta)
+    q_n = constant (runout, misalignment) + runout (w^2) + scale errors x motion + K p_n(beta)
 
 is fitted by least squares over the last minute; the manoeuvre is the test signal. Both orders must
 speak for the crack. In level flight only the difference from reference flights is left.
 """
 
-import cmath
 import math
 from collections import deque
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibration_monitor.crack_model import (
     BETAS_RAD,
@@ -28,6 +25,7 @@ from vibration_monitor.crack_model import (
     Complex,
     CrackConfig,
     CrackWindow,
+    EquivalentLoads,
     Real,
     bend,
     drift_terms,
@@ -45,11 +43,30 @@ _LEAST_CHANGE_M = 1e-6
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
 
+_GAIN_SPREAD = 0.15
+"""Expected size of the scale errors of the disk's probes that the baseline does not know of.
+
+They stand for the bearings' probes too: where there is no load, the motions are proportional.
+"""
+
+_MODEL_ERROR = 0.05
+"""Share of a crack's load by which p_n may be wrong: a slow crack's motion is like its load, so a
+scale error of 100 % would explain it a little better than the crack."""
+
+_ROUNDS = 3
+"""Rounds of weighting the fit against the expected size of the scale errors."""
+
 _CERTAINTY = 4.0
 """Standard errors that the lower bound lies below the estimate."""
 
 _LEVEL_ERROR_M = 2e-8
 """What the constant terms may change from flight to flight without any fault."""
+
+_FIRST_CRACK = 4 + 2 + 1
+_COLUMNS = _FIRST_CRACK + len(BETAS_RAD)
+
+_NOTHING = 1e-300
+"""Keeps a quotient finite, m^2."""
 
 _PERSISTENCE_REVOLUTIONS = 160
 """An estimate is the one that says least of the estimates over so many revolutions."""
@@ -101,8 +118,8 @@ class CrackEstimator:
         if config.baseline is not None:
             self._rigid = np.array(config.baseline.rigid_critical_speeds_rad_s) ** 2
             self._constant = config.baseline.terms()
-        self._by_load = {config.memory_s: _Fit(), 0.25 * config.memory_s: _Fit()}
-        self._by_reference = _Fit(drifts=False)
+        self._by_load = {config.memory_s: _LoadFit(), 0.25 * config.memory_s: _LoadFit()}
+        self._by_reference = _ReferenceFit()
         self._time_s = 0.0
         count = math.ceil(_PERSISTENCE_REVOLUTIONS / hop_revolutions)
         self._recent: deque[tuple[float, CrackFindings]] = deque(maxlen=count)
@@ -129,22 +146,22 @@ class CrackEstimator:
     def _add(self, window: CrackWindow) -> None:
         if self.config.baseline is not None:
             window = self.config.baseline.corrected(window)
-        loads, weights = equivalent_loads(window, self._rigid, self.config.damping_ratio)
+        found = equivalent_loads(window, self._rigid, self.config.damping_ratio)
         unit = unit_crack(window, self.config.crack_half_angle_rad)
         drift = drift_terms(window)
-        static = complex(*bend(window.mean))
+        static_bend = complex(*bend(window.mean))
         for fit in self._by_load.values():
-            fit.add(drift, unit, loads, weights, static)
+            fit.add(drift, found, unit, static_bend)
         if self._constant is not None:
-            rest = loads - drift @ self._constant
-            self._by_reference.add(drift, unit, rest, weights, static)
+            rest = found.loads - drift @ self._constant
+            self._by_reference.add(rest, unit, found.weights)
 
     def _judge(self) -> CrackFindings:
-        both = [fit.judge(0.0, self._inflation) for fit in self._by_load.values()]
+        both = [fit.judge(self._inflation) for fit in self._by_load.values()]
         by_load = max(both, key=lambda estimate: estimate.lowest)
         if self._constant is None:
             return CrackFindings(by_load)
-        return CrackFindings(by_load, self._by_reference.judge(_LEVEL_ERROR_M, self._inflation))
+        return CrackFindings(by_load, self._by_reference.judge(self._inflation))
 
     def _least(self) -> CrackFindings:
         while self._time_s - self._recent[0][0] > 0.5 * self.config.memory_s:
@@ -162,94 +179,147 @@ def _lowest(estimate: CrackEstimate) -> float:
     return estimate.lowest
 
 
-class _Fit:
-    """Weighted least squares of q on drift terms and the crack at each of BETAS_RAD; it forgets.
+class _Products:
+    """Weighted products of all columns of the fit with each other, by order; they forget.
 
-    All sums are by order; `drifts` False leaves out the drift terms.
+    Real and imaginary part of a column are two rows of it: `sums` (orders, columns, columns).
     """
 
-    def __init__(self, *, drifts: bool = True) -> None:
-        orders, terms, betas = len(CRACK_ORDERS), 2, len(BETAS_RAD)
-        self._drifts = drifts
-        self._windows = 0.0
-        self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend, and squared
-        self._sums: list[NDArray[Any]] = [
-            np.zeros(orders),  # weight
-            np.zeros((orders, terms, terms)),  # drift with drift
-            np.zeros((orders, terms), np.complex128),  # drift with q
-            np.zeros(orders),  # q with q
-            np.zeros((orders, terms, betas), np.complex128),  # drift with crack
-            np.zeros((orders, betas), np.complex128),  # crack with q
-            np.zeros((orders, betas)),  # crack with crack
-        ]
+    def __init__(self, columns: int) -> None:
+        self.windows = 0.0
+        self.weight = np.zeros(len(CRACK_ORDERS))
+        self.sums = np.zeros((len(CRACK_ORDERS), columns, columns))
 
     def age(self, keep: float) -> None:
         """Multiply the weight of all windows so far by `keep`."""
-        self._windows *= keep
-        self._bends = [keep * each for each in self._bends]
-        self._sums = [keep * each for each in self._sums]
+        self.windows *= keep
+        self.weight *= keep
+        self.sums *= keep
 
-    def add(
-        self, drift: Real, unit: Complex, loads: Complex, weights: Real, static_bend: complex
-    ) -> None:
+    def add(self, columns: Complex, weights: Real) -> None:
+        """Take a window's columns, (orders, columns)."""
+        self.windows += 1.0
+        self.weight += weights
+        rows = np.stack((columns.real, columns.imag), axis=1)
+        self.sums += weights[:, None, None] * (rows.transpose(0, 2, 1) @ rows)
+
+    def variance(self, rest: Real, inflation: float) -> Real:
+        """Return the variance of a window's real or imaginary part, of the sum of squares `rest`.
+
+        What repeats itself proves nothing: no window is better than _LEAST_ERROR_M.
+        """
+        rest = np.maximum(rest, _LEAST_ERROR_M**2 * self.weight[:, None])
+        degrees = max(self.windows - 3.0 * inflation, 1.0)
+        return inflation * 0.5 * rest / degrees
+
+
+class _ReferenceFit:
+    """Least squares of what is beyond the reference on a crack at each of BETAS_RAD."""
+
+    def __init__(self) -> None:
+        self._products = _Products(1 + len(BETAS_RAD))
+
+    def age(self, keep: float) -> None:
+        self._products.age(keep)
+
+    def add(self, loads: Complex, unit: Complex, weights: Real) -> None:
+        self._products.add(np.column_stack((loads, unit)), weights)
+
+    def judge(self, inflation: float) -> CrackEstimate:
+        products = self._products
+        power, right = products.sums[:, 0, 0], products.sums[:, 0, 1:]
+        left = _squares(products.sums[:, 1:, 1:])
+        left = np.maximum(left, _NOTHING)
+        ratio = right / left
+        variance = products.variance(power[:, None] - ratio**2 * left, inflation)
+        size = np.sqrt(left / products.weight[:, None])
+        return _best(ratio, ratio - _CERTAINTY * np.sqrt(variance / left) - _LEVEL_ERROR_M / size)
+
+
+class _LoadFit:
+    """Least squares of q on what a sound machine may show and a crack at each of BETAS_RAD.
+
+    Columns: a constant and the square of the speed, each as real and imaginary; the two scale
+    errors; q; the cracks.
+    """
+
+    def __init__(self) -> None:
+        self._products = _Products(_COLUMNS)
+        self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend, and squared
+
+    def age(self, keep: float) -> None:
+        self._products.age(keep)
+        self._bends = [keep * each for each in self._bends]
+
+    def add(self, drift: Real, found: EquivalentLoads, unit: Complex, static_bend: complex) -> None:
         """Take a window; `static_bend` is y + i z in m."""
-        self._windows += 1.0
+        drifts = np.broadcast_to(np.concatenate((drift, 1j * drift)), (len(CRACK_ORDERS), 4))
+        columns = np.column_stack((drifts, found.gain_slopes, found.loads, unit))
+        self._products.add(columns, found.weights)
         self._bends = [self._bends[0] + static_bend, self._bends[1] + abs(static_bend) ** 2]
-        new = [
-            weights,
-            weights[:, None, None] * np.outer(drift, drift),
-            (weights * loads)[:, None] * drift,
-            weights * np.abs(loads) ** 2,
-            weights[:, None, None] * drift[:, None] * unit[:, None, :],
-            (weights * loads)[:, None] * np.conj(unit),
-            weights[:, None] * np.abs(unit) ** 2,
-        ]
-        self._sums = [old + now for old, now in zip(self._sums, new, strict=True)]
+
+    def judge(self, inflation: float) -> CrackEstimate:
+        """Return the crack, at the angle where both orders speak for it most."""
+        products = self._products
+        sums = self._without_drift()
+        gains, load, cracks = sums[:, :2], sums[:, 2], sums[:, 3:]
+        power, gain_load, crack_load = load[:, 2], load[:, :2], load[:, 3:]
+        gain_gain, gain_crack = gains[:, :, :2], gains[:, :, 3:]
+        # what rounding leaves of two equal sums must not divide; nor a crack that never opens
+        least = 1e-12 * _squares(products.sums[:, _FIRST_CRACK:, _FIRST_CRACK:]) + _NOTHING
+        alone = np.maximum(_squares(cracks[:, :, 3:]), least)
+        ratio, variance = crack_load / alone, np.zeros_like(alone)
+        for _ in range(_ROUNDS):
+            wrong = (_MODEL_ERROR * ratio) ** 2 * alone
+            prior = np.maximum(np.maximum(variance, NOISE_M**2), wrong) / _GAIN_SPREAD**2
+            inverse = np.linalg.inv(gain_gain[:, None] + prior[:, :, None, None] * np.eye(2))
+            of_load = (inverse @ gain_load[:, None, :, None])[..., 0]
+            of_crack = np.einsum('obij,ojb->obi', inverse, gain_crack)
+            left = np.maximum(alone - np.einsum('oib,obi->ob', gain_crack, of_crack), least)
+            right = crack_load - np.einsum('oib,obi->ob', gain_crack, of_load)
+            ratio = right / left
+            explained = np.einsum('oi,obi->ob', gain_load, of_load) + ratio**2 * left
+            variance = products.variance(power[:, None] - explained, inflation)
+        found = _best(ratio, ratio - _CERTAINTY * np.sqrt(variance / left))
+        if self._bend_change_m() < _LEAST_CHANGE_M:
+            return replace(found, lowest=min(found.lowest, 0.0))
+        return found
 
     def _bend_change_m(self) -> float:
         """Return by how much the static bend changes, RMS."""
+        count = self._products.windows
         total, square = self._bends
-        return math.sqrt(max(abs(square) / self._windows - abs(total / self._windows) ** 2, 0.0))
+        return math.sqrt(max(abs(square) / count - abs(total / count) ** 2, 0.0))
 
-    def _drift_inverse(self) -> Real:
-        """Return the inverse of the drift's normal matrix, (orders, terms, terms).
+    def _without_drift(self) -> Real:
+        """Return the products of the other columns with what the drift explains taken out.
 
         The term with the square of the speed has a prior about 0, the spread of a runout, which
         keeps the fit determined at constant speed.
         """
-        weight, square, *_ = self._sums
-        prior = np.zeros_like(square)
-        prior[:, 1, 1] = (NOISE_M / _RUNOUT_SPREAD_M) ** 2 + 1e-12 * weight
-        return np.asarray(np.linalg.inv(square + prior))
+        sums = self._products.sums
+        prior = np.zeros((len(CRACK_ORDERS), 4, 4))
+        spread = (NOISE_M / _RUNOUT_SPREAD_M) ** 2 + 1e-12 * self._products.weight
+        prior[:, 1, 1] = prior[:, 3, 3] = spread
+        with_drift = sums[:, :4, 4:]
+        explained = np.linalg.solve(sums[:, :4, :4] + prior, with_drift)
+        return np.asarray(sums[:, 4:, 4:] - with_drift.transpose(0, 2, 1) @ explained)
 
-    def judge(self, error_m: float, inflation: float) -> CrackEstimate:
-        """Return the crack, at the angle where both orders speak for it most."""
-        weight, _, with_load, power, with_crack, right, left = self._sums
-        if self._drifts:
-            inverse = self._drift_inverse()
-            explained = inverse @ with_load[:, :, None]
-            power = power - (np.conj(with_load)[:, None, :] @ explained)[:, 0, 0].real
-            turned = inverse @ with_crack
-            left = left - (np.conj(with_crack) * turned).sum(axis=1).real
-            right = right - (np.conj(with_crack) * explained).sum(axis=1)
-        # what rounding leaves of two equal sums must not divide; nor a crack that never opens
-        left = np.maximum(left, 1e-12 * self._sums[-1] + 1e-300)
-        size = np.sqrt(np.maximum(self._sums[-1] / weight[:, None], 1e-300))
-        # what does not lie along the crack's axis counts as error
-        ratio = right / left
-        rest = power[:, None] - ratio.real**2 * left
-        rest = np.maximum(rest, _LEAST_ERROR_M**2 * weight[:, None])
-        degrees = max(self._windows - 3.0 * inflation, 1.0)
-        # half of the rest is real: `rest` sums real and imaginary parts
-        variance = inflation * 0.5 * rest / degrees / left
-        lowest = ratio.real - _CERTAINTY * np.sqrt(variance) - error_m / size
-        if self._drifts and self._bend_change_m() < _LEAST_CHANGE_M:
-            lowest = np.minimum(lowest, 0.0)
-        lowest = lowest.min(axis=0)
-        best = int(np.argmax(lowest))
-        angle = float(BETAS_RAD[best]) + 0.5 * cmath.phase(complex(ratio[0, best]))
-        return CrackEstimate(
-            ratio=float(ratio[:, best].real.min()),
-            lowest=float(lowest[best]),
-            angle_rad=math.remainder(angle, 2.0 * math.pi),
-        )
+
+def _squares(products: Real) -> Real:
+    return np.diagonal(products, axis1=1, axis2=2)
+
+
+def _best(ratio: Real, lowest: Real) -> CrackEstimate:
+    """Return the crack where the lesser bound of the orders is highest; both (orders, betas)."""
+    of_both = lowest.min(axis=0)
+    best = int(np.argmax(of_both))
+    before, here, after = of_both[[best - 1, best, (best + 1) % len(BETAS_RAD)]]
+    curvature = 2.0 * here - before - after
+    step = 0.5 * (after - before) / curvature if curvature > 0.0 else 0.0
+    angle = BETAS_RAD[best] + step * BETAS_RAD[1]
+    return CrackEstimate(
+        ratio=float(ratio[:, best].min()),
+        lowest=float(here),
+        angle_rad=math.remainder(float(angle), 2.0 * math.pi),
+    )

@@ -127,8 +127,8 @@ def _lines(
 
 def _constant_terms(windows: Sequence[CrackWindow], config: CrackConfig, rigid: Real) -> Complex:
     """Return what q is without a crack: constant, and with the square of the speed, (2, 2)."""
-    pairs = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
-    loads, weights = (np.array(each) for each in zip(*pairs, strict=True))
+    all_known = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
+    loads, _, weights = (np.array(each) for each in zip(*all_known, strict=True))
     drift = np.array([drift_terms(window) for window in windows])
     constant = np.empty((2, 2), np.complex128)
     for order in range(2):

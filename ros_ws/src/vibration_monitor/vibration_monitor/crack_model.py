@@ -18,7 +18,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pydantic
@@ -43,6 +43,9 @@ BETAS_RAD = 2.0 * np.pi * np.arange(36) / 36
 _ANGLES = 2.0 * np.pi * np.arange(48) / 48
 _WAVES = np.exp(-1j * np.outer(CRACK_ORDERS, _ANGLES))
 _ORBIT = np.exp(1j * np.outer(ORBIT_ORDERS, _ANGLES))
+
+_FORWARD = np.array([0.5, 0.5j])
+"""Turns a vector in y and z into its forward part."""
 
 _SPEED_SCALE_RAD_S = 400.0
 
@@ -176,22 +179,30 @@ def drift_terms(window: CrackWindow) -> Real:
     return np.array([1.0, (window.speed_rad_s / _SPEED_SCALE_RAD_S) ** 2])
 
 
-def equivalent_loads(
-    window: CrackWindow, rigid: Real, damping_ratio: float
-) -> tuple[Complex, Real]:
-    """Return the forward equivalent loads q at CRACK_ORDERS, (2,) in m, and their weights.
+class EquivalentLoads(NamedTuple):
+    """Forward equivalent loads q at CRACK_ORDERS, (2,) in m, and what is known of their errors.
 
-    `rigid` (2,) is W in the directions y and z, (rad/s)^2. q is the difference of two terms; where
-    these are large (near a resonance) so are its errors, and the weight is less than 1.
+    `gain_slopes` (2, 2) in m: by how much q grows, for each order, with a scale error of the disk's
+    probe in y and of that in z. q is the difference of two terms; where these are large (near a
+    resonance) so are its errors, and the weight in `weights` (2,) is less than 1.
     """
+
+    loads: Complex
+    gain_slopes: Complex
+    weights: Real
+
+
+def equivalent_loads(window: CrackWindow, rigid: Real, damping_ratio: float) -> EquivalentLoads:
+    """Return the equivalent loads of a window; `rigid` (2,) is W in y and z, (rad/s)^2."""
     vectors = window.vectors[:, 1:]
     square = window.speed_rad_s**2
     orders = np.array(CRACK_ORDERS)[:, np.newaxis]
     damping = 1.0 + 4.0j * damping_ratio * orders * square / rigid
     inertia = 2.0 * orders**2 * square / rigid * vectors[:2].T
     q = damping * bend(vectors).T - inertia
+    slopes = 2.0 * damping * vectors[:2].T - inertia
     errors = RELATIVE_ERROR / NOISE_M * np.abs(inertia).max(axis=1)
-    return 0.5 * (q[:, 0] + 1j * q[:, 1]), 1.0 / (1.0 + errors**2)
+    return EquivalentLoads(q @ _FORWARD, slopes * _FORWARD, 1.0 / (1.0 + errors**2))
 
 
 def unit_crack(window: CrackWindow, half_angle: float) -> Complex:
