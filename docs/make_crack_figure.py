@@ -42,7 +42,7 @@ def measure() -> dict[str, dict[str, Array]]:
         for monitor, found, block in zip(monitors, rows, blocks, strict=True):
             for record in monitor.push(block):
                 window = CrackWindow.of(record.indicators(), SETTINGS.hop_revolutions)
-                loads, _ = equivalent_loads(window, RIGID, SETTINGS.crack.damping_ratio)
+                loads = equivalent_loads(window, RIGID, SETTINGS.crack.damping_ratio).loads
                 bend = 2 * window.mean[0] - window.mean[2] - window.mean[4]
                 found.append(
                     (

@@ -26,7 +26,7 @@ def matrices(config: Housing, rate_hz: int) -> Array:
 
     Rows 0 and 1: Phi and Gamma_0; row 2: Gamma_1; row 3: w^2, 2 zeta w, 1/M, where
     (x, v)[n+1] = Phi (x, v)[n] + Gamma_0 u[n] + Gamma_1 u[n+1], u = -F.
-    Franklin, Powell, Workman, Digital Control of Dynamic Systems, 3rd ed., section 4.3.
+    Franklin, Powell, Workman, Digital Control of Dynamic Systems (first-order hold).
     """
     from scipy.linalg import expm  # noqa: PLC0415 - slow to import
 
