@@ -49,9 +49,12 @@ _GAIN_SPREAD = 0.15
 They stand for the bearings' probes too: where there is no load, the motions are proportional.
 """
 
-_MODEL_ERROR = 0.05
-"""Share of a crack's load by which p_n may be wrong: a slow crack's motion is like its load, so a
-scale error of 100 % would explain it a little better than the crack."""
+_MODEL_ERROR = 0.3
+"""Share of a crack's load that may differ from K p_n, for one because the crack grows.
+
+A slow crack's motion is like its load: a scale error of 100 % explains a growing crack better than
+a crack of constant K does, and must pay for being so large.
+"""
 
 _ROUNDS = 3
 """Rounds of weighting the fit against the expected size of the scale errors."""
