@@ -8,8 +8,9 @@ probe's runout stay, and a probe whose scale has changed goes with the motion it
 
     q_n = constant (runout, misalignment) + runout (w^2) + scale errors x motion + K p_n(beta)
 
-is fitted by least squares over the last minute; the manoeuvre is the test signal. Both orders must
-speak for the crack. In level flight only the difference from reference flights is left.
+is fitted by least squares over the last minute, each order by itself; the manoeuvre is the test
+signal. Both orders must speak for the crack. In level flight only the difference from reference
+flights is left.
 """
 
 import math
@@ -46,18 +47,23 @@ _RUNOUT_SPREAD_M = 5e-6
 _GAIN_SPREAD = 0.15
 """Expected size of the scale errors of the disk's probes that the baseline does not know of.
 
-They stand for the bearings' probes too: where there is no load, the motions are proportional.
+An equal error of both bearings' probes acts in the same way: without a crack, x_1 + x_2 is in
+proportion to x. At steady speed so does a wrong stiffness.
 """
 
 _MODEL_ERROR = 0.3
 """Share of a crack's load that may differ from K p_n, for one because the crack grows.
 
 A slow crack's motion is like its load: a scale error of 100 % explains a growing crack better than
-a crack of constant K does, and must pay for being so large.
+a crack of constant K does, and must pay for being so large. What a growing crack leaves over has
+one shape and does not average out: it counts once for all windows.
 """
 
 _ROUNDS = 3
-"""Rounds of weighting the fit against the expected size of the scale errors."""
+"""Rounds of weighting the fit against the expected size of the scale errors.
+
+The first allows for them hardly, the second knows how well the fit does with them.
+"""
 
 _CERTAINTY = 4.0
 """Standard errors that the lower bound lies below the estimate."""
@@ -68,8 +74,8 @@ _LEVEL_ERROR_M = 2e-8
 _FIRST_CRACK = 4 + 2 + 1
 _COLUMNS = _FIRST_CRACK + len(BETAS_RAD)
 
-_NOTHING = 1e-300
-"""Keeps a quotient finite, m^2."""
+_LEAST_SQUARE_M2 = 1e-300
+"""Keeps a quotient finite."""
 
 _PERSISTENCE_REVOLUTIONS = 160
 """An estimate is the one that says least of the estimates over so many revolutions."""
@@ -80,7 +86,8 @@ class CrackEstimate:
     """Crack stiffness ratio K that explains the last minute; NaN where nothing can be said.
 
     `lowest` is what K is at least (4 standard errors, the lesser of both orders); negative where
-    there is no evidence. `angle_rad` is the crack's axis from the mark of angle 0 (beta).
+    there is no evidence. A probe that reads too much makes both too small by its share. `angle_rad`
+    is the crack's axis from the mark of angle 0 (beta).
     """
 
     ratio: float
@@ -96,7 +103,7 @@ class CrackFindings:
     """What speaks for a crack: the change with the load, and the difference from the reference.
 
     The second works in level flight but is fooled by whatever changes 2x and 3x at once, such as a
-    scratch under a probe; it is UNKNOWN without a baseline.
+    scratch under a probe or a new gain of one; it is UNKNOWN without a baseline.
     """
 
     by_load: CrackEstimate = UNKNOWN
@@ -223,16 +230,19 @@ class _ReferenceFit:
         self._products = _Products(1 + len(BETAS_RAD))
 
     def age(self, keep: float) -> None:
+        """Multiply the weight of all windows so far by `keep`."""
         self._products.age(keep)
 
     def add(self, loads: Complex, unit: Complex, weights: Real) -> None:
+        """Take a window: loads (orders,) in m beyond the reference, unit (orders, betas) in m."""
         self._products.add(np.column_stack((loads, unit)), weights)
 
     def judge(self, inflation: float) -> CrackEstimate:
+        """Return the crack, at the angle where both orders speak for it most."""
         products = self._products
         power, right = products.sums[:, 0, 0], products.sums[:, 0, 1:]
         left = _squares(products.sums[:, 1:, 1:])
-        left = np.maximum(left, _NOTHING)
+        left = np.maximum(left, _LEAST_SQUARE_M2)
         ratio = right / left
         variance = products.variance(power[:, None] - ratio**2 * left, inflation)
         size = np.sqrt(left / products.weight[:, None])
@@ -251,11 +261,12 @@ class _LoadFit:
         self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend, and squared
 
     def age(self, keep: float) -> None:
+        """Multiply the weight of all windows so far by `keep`."""
         self._products.age(keep)
         self._bends = [keep * each for each in self._bends]
 
     def add(self, drift: Real, found: EquivalentLoads, unit: Complex, static_bend: complex) -> None:
-        """Take a window; `static_bend` is y + i z in m."""
+        """Take a window; `unit` (orders, betas) in m, `static_bend` is y + i z in m."""
         drifts = np.broadcast_to(np.concatenate((drift, 1j * drift)), (len(CRACK_ORDERS), 4))
         columns = np.column_stack((drifts, found.gain_slopes, found.loads, unit))
         self._products.add(columns, found.weights)
@@ -269,18 +280,19 @@ class _LoadFit:
         power, gain_load, crack_load = load[:, 2], load[:, :2], load[:, 3:]
         gain_gain, gain_crack = gains[:, :, :2], gains[:, :, 3:]
         # what rounding leaves of two equal sums must not divide; nor a crack that never opens
-        least = 1e-12 * _squares(products.sums[:, _FIRST_CRACK:, _FIRST_CRACK:]) + _NOTHING
+        least = 1e-12 * _squares(products.sums[:, _FIRST_CRACK:, _FIRST_CRACK:]) + _LEAST_SQUARE_M2
         alone = np.maximum(_squares(cracks[:, :, 3:]), least)
         ratio, variance = crack_load / alone, np.zeros_like(alone)
         for _ in range(_ROUNDS):
-            wrong = (_MODEL_ERROR * ratio) ** 2 * alone
-            prior = np.maximum(np.maximum(variance, NOISE_M**2), wrong) / _GAIN_SPREAD**2
+            model_error = (_MODEL_ERROR * ratio) ** 2 * alone
+            prior = np.maximum(np.maximum(variance, NOISE_M**2), model_error) / _GAIN_SPREAD**2
             inverse = np.linalg.inv(gain_gain[:, None] + prior[:, :, None, None] * np.eye(2))
             of_load = (inverse @ gain_load[:, None, :, None])[..., 0]
             of_crack = np.einsum('obij,ojb->obi', inverse, gain_crack)
             left = np.maximum(alone - np.einsum('oib,obi->ob', gain_crack, of_crack), least)
             right = crack_load - np.einsum('oib,obi->ob', gain_crack, of_load)
             ratio = right / left
+            # K is real: what does not lie along the crack's axis stays unexplained
             explained = np.einsum('oi,obi->ob', gain_load, of_load) + ratio**2 * left
             variance = products.variance(power[:, None] - explained, inflation)
         found = _best(ratio, ratio - _CERTAINTY * np.sqrt(variance / left))
@@ -317,6 +329,7 @@ def _best(ratio: Real, lowest: Real) -> CrackEstimate:
     """Return the crack where the lesser bound of the orders is highest; both (orders, betas)."""
     of_both = lowest.min(axis=0)
     best = int(np.argmax(of_both))
+    # the top of a parabola through the best of the angles and its neighbours
     before, here, after = of_both[[best - 1, best, (best + 1) % len(BETAS_RAD)]]
     curvature = 2.0 * here - before - after
     step = 0.5 * (after - before) / curvature if curvature > 0.0 else 0.0

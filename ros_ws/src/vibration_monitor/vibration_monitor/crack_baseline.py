@@ -127,8 +127,9 @@ def _lines(
 
 def _constant_terms(windows: Sequence[CrackWindow], config: CrackConfig, rigid: Real) -> Complex:
     """Return what q is without a crack: constant, and with the square of the speed, (2, 2)."""
-    all_known = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
-    loads, _, weights = (np.array(each) for each in zip(*all_known, strict=True))
+    found = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
+    loads = np.array([each.loads for each in found])
+    weights = np.array([each.weights for each in found])
     drift = np.array([drift_terms(window) for window in windows])
     constant = np.empty((2, 2), np.complex128)
     for order in range(2):
