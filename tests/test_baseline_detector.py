@@ -110,12 +110,6 @@ def test_a_probe_whose_gain_changed_after_the_reference_raises_no_alarm(
     assert scores(fitted, changed(cracked))[-1] > fitted.alarm_score
 
 
-def test_noise_in_level_flight_raises_no_alarm(fitted: BaselineDetector) -> None:
-    # where nothing but noise changes, q and p share it: no evidence, however large K seems
-    noisy = {'proximity': {**ERRORS['proximity'], 'noise_density': 3e-8}}
-    assert np.nanmax(scores(fitted, fly(LEVEL, 0.0, 5, **noisy))) < 0.5 * fitted.alarm_score
-
-
 def test_a_crack_is_found_with_its_depth_whatever_the_block_size(
     fitted: BaselineDetector, cracked: Rows
 ) -> None:

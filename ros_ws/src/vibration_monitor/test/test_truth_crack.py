@@ -225,6 +225,14 @@ def test_a_disk_probe_whose_gain_changed_is_not_a_crack_and_hides_none(
     assert lowest[1] > 0.015
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_noise_in_level_flight_is_no_evidence(seed: int) -> None:
+    following = estimator(CONFIG)
+    for window in windows(loads=[1.0], noise=3e-7, speeds=(236.0,), count=100, seed=seed):
+        # q and p share the noise: without the rule that the bend must change it is above 0
+        assert not following.update(window).by_load.lowest > 0.0
+
+
 def test_growth_is_followed_with_the_memory() -> None:
     following = estimator(CONFIG)
     for step in range(10):
