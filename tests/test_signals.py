@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from rig_support import CLI, private_environment
+from rotor_interfaces.exit_code import ExitCode
 from vibration_monitor.reading import Recording
 
 NODES = {
@@ -149,6 +150,86 @@ def test_ctrl_c_before_the_run_has_begun(started: Start, delay_s: float) -> None
     assert code == 130, said
     assert 'Traceback' not in said
     assert_gone(pids)
+
+
+NODE = """
+import sys
+
+from interrupting import interrupt_myself
+from rotor_interfaces import ros
+
+sys.exit(ros.run(interrupt_myself, has_end=True))
+"""
+COMMAND = """
+import typer
+from rich.console import Console
+
+from interrupting import interrupt_myself
+from rotor_bringup.progress import interruptible
+
+
+def main() -> None:
+    with interruptible(Console(), 'work', None, quiet=True):
+        interrupt_myself()
+
+
+typer.run(main)
+"""
+# numba, pydantic and dataclasses build their classes and functions with exec()
+IN_EXEC = """
+def interrupt_myself():
+    exec('import os, signal; os.kill(os.getpid(), signal.SIGINT)')
+"""
+# as the callback of llvmlite does with which numba stores what it compiled
+SWALLOWED = """
+import ctypes, os, signal, time
+
+
+@ctypes.CFUNCTYPE(None)
+def callback():
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def interrupt_myself():
+    callback()
+    time.sleep(50.0)
+"""
+# as numba does where that callback brought nothing
+AS_ANOTHER_ERROR = """
+import os, signal
+
+
+def interrupt_myself():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        raise RuntimeError('no compiled object yet')
+"""
+
+
+@pytest.mark.parametrize('program', [NODE, COMMAND], ids=['node', 'command'])
+@pytest.mark.parametrize(
+    'interrupting',
+    [IN_EXEC, SWALLOWED, AS_ANOTHER_ERROR],
+    ids=['in exec', 'swallowed', 'as another error'],
+)
+def test_ctrl_c_keeps_its_exit_code_whatever_it_hits(
+    tmp_path: Path, program: str, interrupting: str
+) -> None:
+    (tmp_path / 'interrupting.py').write_text(interrupting)
+    (tmp_path / 'interrupted.py').write_text(program)
+    ended = subprocess.run(
+        [sys.executable, '-m', 'interrupted'],
+        cwd=tmp_path,
+        env=private_environment(tmp_path / 'log'),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=40.0,
+        check=False,
+    )
+    assert ended.returncode == ExitCode.INTERRUPTED, ended.stderr
+    assert ended.stderr == ''
 
 
 def hears(pid: int, number: signal.Signals) -> bool:

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from rotor_interfaces import interrupt
 from rotor_interfaces.exit_code import ExitCode
 
 OnProgress = Callable[[int, int], None]
@@ -48,12 +49,11 @@ def interruptible(
         done, total = points_done, points_in_total
         bar.update(task, completed=done, total=total)
 
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with bar:
+        with bar, interrupt.interruptible(signal.SIGINT):
             task = bar.add_task(what, total=None)
             yield advance
-    except KeyboardInterrupt:
+    except interrupt.Interrupted:
         kept = (
             'give --cache DIR to keep them the next time'
             if cache is None
@@ -64,5 +64,3 @@ def interruptible(
             so_far = f'{done} of {total} {what_is_done} are done; {kept}'
         console.print(f'stopped: {so_far}', soft_wrap=True, highlight=False, markup=False)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
-    finally:
-        signal.signal(signal.SIGINT, previous)

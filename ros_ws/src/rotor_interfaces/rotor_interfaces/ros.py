@@ -11,7 +11,6 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any, Protocol, TypeVar, cast
 
 import rclpy
@@ -32,9 +31,12 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
 from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.interrupt import Interrupted, interruptible
 from rotor_interfaces.topics import Topic
 
 HIGHEST_DOMAIN = 232
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""What ends a node in order."""
 IDLE_S = 0.1
 """The run loop wakes this often without a message, so that a signal is noticed."""
 
@@ -235,11 +237,16 @@ def run(
     on standard error.
     """
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    # held back until somebody listens, here or already by whoever started this process
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     signals: list[int] = []
+    for number in SIGNALS:
+        signal.signal(number, lambda got, _: signals.append(got))
     nodes: list[RigNode] = []
     code = ExitCode.DONE
     try:
-        with _interruptible(signals):
+        with interruptible(*SIGNALS):
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
             _initialise(arguments)
             executor = EventsExecutor()
             nodes.extend(create())
@@ -253,7 +260,7 @@ def run(
             raise failures[0]
         if has_end and not any(node.is_done() for node in nodes):
             code = ExitCode.INTERRUPTED
-    except KeyboardInterrupt:
+    except Interrupted:
         code = ExitCode.INTERRUPTED if has_end else ExitCode.DONE
     except RigError as error:
         sys.stderr.write(f'error: {error}\n')
@@ -264,26 +271,6 @@ def run(
             node.destroy_node()
         rclpy.try_shutdown()
     return code
-
-
-@contextmanager
-def _interruptible(signals: list[int]) -> Iterator[None]:
-    """Note SIGINT and SIGTERM from now on; in the block the first also ends what is under way."""
-    is_within = True
-
-    def on_signal(number: int, _: object) -> None:
-        signals.append(number)
-        if is_within and len(signals) == 1:
-            raise KeyboardInterrupt
-
-    try:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, on_signal)
-        # whoever started this process may have held signals back until somebody listens
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
-        yield
-    finally:
-        is_within = False
 
 
 def check_domain() -> None:

@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rotor_bringup.plain_json import without_nan
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.interrupt import Interrupted, interruptible
 
 if TYPE_CHECKING:
     from rotor_bringup.evaluation.outcome import Evaluated
@@ -117,17 +118,15 @@ def _check(detectors: list[str], *, jobs: int | None, limit: int | None) -> None
 @contextmanager
 def _interruptible(folder: Path) -> Iterator[None]:
     """Turn Ctrl-C into a sentence about what `folder` holds; no process is left by then."""
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        yield
-    except KeyboardInterrupt:
+        with interruptible(signal.SIGINT):
+            yield
+    except Interrupted:
         so_far = 'there are no finished flights to keep'
         if any(folder.glob('*.json')):
             so_far = f'finished flights are kept in {folder}, and the same command goes on there'
         console.print(f'stopped: {so_far}', soft_wrap=True, highlight=False, markup=False)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
-    finally:
-        signal.signal(signal.SIGINT, previous)
 
 
 def _kept(place: 'Parts') -> int:
