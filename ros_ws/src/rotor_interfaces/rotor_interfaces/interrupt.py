@@ -4,16 +4,17 @@
 
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 AGAIN_S = 0.05
-"""A swallowed interrupt is raised again after this time."""
+"""A swallowed signal is sent again after this time."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal came within `interruptible`.
+    """A signal came within `interruptible`; its number is the argument.
 
     Python notes a plain KeyboardInterrupt that passes through exec() or eval(), caught later or
     not, and then ends a `python -m` process by SIGINT whatever exit code it asks for (CPython,
@@ -27,29 +28,33 @@ def interruptible(*numbers: signal.Signals) -> Iterator[None]:
     """Let the first of the signals raise Interrupted in the block; more of them do nothing.
 
     What is raised inside a callback of native code, as llvmlite has for its cache, is swallowed
-    there or comes out as another exception. So it is raised again where it was swallowed, and
-    whatever the block raises after a signal comes out as Interrupted. Main thread only.
+    there or comes out as another exception. So a swallowed signal is sent again, and whatever the
+    block raises after a signal comes out as Interrupted. Main thread only.
     """
-    has_come = False
+    has_come, is_owed = False, True
+    timers: list[threading.Timer] = []
 
-    def on_signal(_number: int, _frame: object) -> None:
-        nonlocal has_come
-        if not has_come:
-            has_come = True
-            raise Interrupted
+    def on_signal(number: int, _frame: object) -> None:
+        nonlocal has_come, is_owed
+        has_come = True
+        if is_owed:
+            is_owed = False
+            raise Interrupted(number)
 
-    def on_alarm(_number: int, _frame: object) -> None:
-        raise Interrupted
+    def send_again(number: int) -> None:
+        nonlocal is_owed
+        is_owed = True
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
 
     def on_unraisable(unraisable: Any) -> None:
-        if unraisable.exc_type is Interrupted:
-            signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
-        else:
+        if unraisable.exc_type is not Interrupted:
             hook_before(unraisable)
+            return
+        timers.append(threading.Timer(AGAIN_S, send_again, unraisable.exc_value.args))
+        timers[-1].start()
 
     hook_before = sys.unraisablehook
     before = {number: signal.signal(number, on_signal) for number in numbers}
-    before[signal.SIGALRM] = signal.signal(signal.SIGALRM, on_alarm)
     sys.unraisablehook = on_unraisable
     try:
         yield
@@ -59,6 +64,7 @@ def interruptible(*numbers: signal.Signals) -> Iterator[None]:
         raise
     finally:
         sys.unraisablehook = hook_before
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for timer in timers:
+            timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)
