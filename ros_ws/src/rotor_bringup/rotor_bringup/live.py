@@ -112,7 +112,7 @@ def run_live(
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    ros.prepare_environment()
     state = RunState(scenario.duration_s)
     with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
         os.environ.setdefault('ROS_LOG_DIR', logs)
