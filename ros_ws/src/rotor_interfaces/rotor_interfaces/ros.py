@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, cast
 
@@ -22,6 +22,7 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -39,6 +40,7 @@ HIGHEST_DOMAIN = 232
 FASTDDS_PROFILE = Path(__file__).with_name('fastdds.xml')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """What ends a node in order."""
+ACKNOWLEDGEMENT_S = 1.0
 IDLE_S = 0.1
 """The run loop wakes this often without a message, so that a signal is noticed."""
 
@@ -86,6 +88,16 @@ def subscription(
         qos(topic, subscribe=True),
         raw=raw,
     )
+
+
+def wait_until_acknowledged(publishers: Iterable[Any]) -> None:
+    """Wait until all readers have what was published, at most ACKNOWLEDGEMENT_S altogether.
+
+    A reader that was killed stays known for a while and acknowledges nothing.
+    """
+    deadline = time.monotonic() + ACKNOWLEDGEMENT_S
+    for each in publishers:
+        each.wait_for_all_acked(Duration(seconds=max(deadline - time.monotonic(), 0.0)))
 
 
 def timer(node: Node, period_s: float, callback: Callable[[], None]) -> Any:

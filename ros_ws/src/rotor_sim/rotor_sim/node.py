@@ -12,7 +12,6 @@ import sys
 import time
 from typing import Any
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
@@ -371,8 +370,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def finish(self) -> None:
         """Wait until what was published has been acknowledged."""
-        for publisher in self._publishers_of.values():
-            publisher.wait_for_all_acked(Duration(seconds=1.0))
+        ros.wait_until_acknowledged(self._publishers_of.values())
 
 
 def _json(text: str) -> dict[str, Any]:

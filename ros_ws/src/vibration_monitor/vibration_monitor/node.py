@@ -7,7 +7,6 @@ import sys
 import time
 from typing import Any
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
@@ -120,8 +119,7 @@ class MonitorNode(Node):  # type: ignore[misc]
     def finish(self) -> None:
         """Report a last time and wait until what was published has been acknowledged."""
         self._report_stream()
-        for publisher in self._publishers_of.values():
-            publisher.wait_for_all_acked(Duration(seconds=1.0))
+        ros.wait_until_acknowledged(self._publishers_of.values())
 
 
 def main(args: list[str] | None = None) -> int:

@@ -6,7 +6,6 @@ import sys
 import time
 from functools import partial
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
@@ -82,7 +81,7 @@ class RecorderNode(Node):  # type: ignore[misc]
     def finish(self) -> None:
         """Report a last time and finalise the recording; raises RecordingError."""
         self._diagnose()
-        self._diagnostics.wait_for_all_acked(Duration(seconds=1.0))
+        ros.wait_until_acknowledged([self._diagnostics])
         self._stream.finish()
         self._writer.close()
 

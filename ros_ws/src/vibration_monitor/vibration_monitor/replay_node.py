@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -137,8 +136,7 @@ class ReplayNode(Node):  # type: ignore[misc]
 
     def finish(self) -> None:
         """Wait until what was published has been acknowledged."""
-        for output in self._outputs.values():
-            output.wait_for_all_acked(Duration(seconds=1.0))
+        ros.wait_until_acknowledged(self._outputs.values())
 
     def summary(self) -> str:
         """Return one line for the user."""
