@@ -14,6 +14,8 @@ vectorise. `cache=True` keeps the machine code on disk; every callee stands at m
 
 No library function is called: cos and sin of shaft and cage come from `_cos_sin` at each sample
 and are turned by half-steps from there; the breathing function is one of cos(theta), sin(theta).
+The bearings are alike. Once they move alike, as after every start from rest, the second repeats the
+first to the last bit and is not computed.
 All of it stands in this file: the cache does not notice a change in another.
 """
 
@@ -25,6 +27,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_sim.breathing import breathing_polynomial
 from rotor_sim.parameters import RotorParameters
 
 Array = NDArray[np.float64]
@@ -87,9 +90,12 @@ _COEFFICIENTS = DRIVE + DRIVES
     BALLS,
 ) = range(_COEFFICIENTS, _COEFFICIENTS + 25)
 """Coefficients of a lane, see `pack`. From BALLS on: the cosines, then the sines of the pairs of
-opposite balls, or of the balls if their number is odd."""
+opposite balls, or of the balls if their number is odd; then the polynomial of the breathing."""
 
 PAIRS_OF_EIGHT = 4
+BREATHING_TERMS = 20
+"""Of the polynomial of the breathing function; its error is below 1e-14."""
+
 HALF_ROOT = math.sqrt(0.5)
 
 _TURN = 2.0 * math.pi
@@ -118,12 +124,26 @@ _inline: _Decorator = numba.njit(**_OPTIONS, forceinline=True)
 def kind(parameters: RotorParameters) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the tuples `balls` and `curve` of `integrate`; lanes of one call share them.
 
-    A half angle of 30 degrees, the paper's, has a closed form; then `curve` is empty.
+    A half angle of 30 degrees, the paper's, has a closed form; then `curve` is empty. For others it
+    is as long as the polynomial, or 1 where theta itself is needed: in a continued last branch.
     """
     count = parameters.ball_count
     directions = count // 2 if count % 2 == 0 else count
-    closed = abs(parameters.crack_half_angle_rad - math.pi / 6.0) < 1e-12
-    return (0,) * directions, () if closed else (0,)
+    if abs(parameters.crack_half_angle_rad - math.pi / 6.0) < 1e-12:
+        terms = 0
+    else:
+        terms = 1 if parameters.theta_convention == 'last_branch' else BREATHING_TERMS
+    return (0,) * directions, (0,) * terms
+
+
+def alike(states: Array) -> tuple[int, ...]:
+    """Return the tuple `alike` of `integrate` for the states (lanes, 12) it starts from.
+
+    Empty unless in each lane both bearings are at the same place with the same velocity, bit for
+    bit. They then stay so, since nothing in the equations tells one from the other.
+    """
+    first, second = states[:, [2, 3, 8, 9]], states[:, [4, 5, 10, 11]]
+    return (0,) if first.tobytes() == second.tobytes() else ()
 
 
 def pack(
@@ -136,8 +156,15 @@ def pack(
     p = parameters
     balls, curve = kind(p)
     k, m, m_b = p.shaft_stiffness_n_m, p.disk_mass_kg, p.bearing_mass_kg
-    limit = p.crack_half_angle_rad if curve else math.sin(p.crack_half_angle_rad)
-    widest = 0.5 * math.pi if curve else 1.0
+    polynomial = np.empty(0)
+    match len(curve):
+        case 0:
+            limit, widest = math.sin(p.crack_half_angle_rad), 1.0
+        case 1:
+            limit, widest = p.crack_half_angle_rad, 0.5 * math.pi
+        case terms:
+            limit, widest = math.tan(0.5 * p.crack_half_angle_rad), 1.0
+            polynomial, _ = breathing_polynomial(p.crack_half_angle_rad, terms)
     values = {
         CAGE_RATIO: p.cage_ratio,
         STIFFNESS_DISK: k / m,
@@ -166,7 +193,7 @@ def pack(
     }
     rows = [values[row] for row in range(_COEFFICIENTS, BALLS)]
     angles = 2.0 * np.pi * np.arange(len(balls)) / p.ball_count
-    return np.concatenate([rows, np.cos(angles), np.sin(angles)])
+    return np.concatenate([rows, np.cos(angles), np.sin(angles), polynomial])
 
 
 @_inline
@@ -235,7 +262,14 @@ def _direction(b: Array, i: int, L: int, y: float, z: float, cos_psi: float, sin
 
 @_inline
 def _breathing(
-    b: Array, i: int, L: int, cosine: float, sine: float, r: float, curve: tuple[int, ...]
+    b: Array,
+    i: int,
+    L: int,
+    cosine: float,
+    sine: float,
+    r: float,
+    balls: tuple[int, ...],
+    curve: tuple[int, ...],
 ) -> Any:
     """Return two factors of f, eq. (4), where (cosine, sine) are r times those of theta.
 
@@ -244,15 +278,29 @@ def _breathing(
     higher LIMIT_BEYOND continues the last branch; elsewhere the second is 1.
     """
     limit, limit_beyond, gap = b[i + LIMIT * L], b[i + LIMIT_BEYOND * L], b[i + GAP * L]
-    # alpha = 30 degrees needs no angle: sin(3u) = 3 sin(u) - 4 sin(u)^3
-    u = cosine / r if len(curve) == 0 else _angle(sine, cosine, r)
-    beyond = sine < 0.0 and u > limit
-    u = min(max(u, -limit), limit_beyond if beyond else limit)
+    # `place` is sin(u), u itself or tan(u/2): each grows with u
     if len(curve) == 0:
-        f = (0.5 + 1.5 * u) - (2.0 * u) * (u * u)
+        place = cosine / r
+    elif len(curve) == 1:
+        place = _angle(sine, cosine, r)
     else:
-        _, swing = _cos_sin(u * b[i + BREATHING_RATE * L])
+        place = cosine / (r + abs(sine))
+    beyond = sine < 0.0 and place > limit
+    place = min(max(place, -limit), limit_beyond if beyond else limit)
+    if len(curve) == 0:  # alpha = 30 degrees: sin(3u) = 3 sin(u) - 4 sin(u)^3
+        f = (0.5 + 1.5 * place) - (2.0 * place) * (place * place)
+    elif len(curve) == 1:
+        _, swing = _cos_sin(place * b[i + BREATHING_RATE * L])
         f = 0.5 + 0.5 * swing
+    else:
+        # even and odd terms apart, since each product waits for the one before
+        square = place * place
+        fourth = square * square
+        odd, even = 0.0, 0.0
+        for k in range(0, len(curve), 2):
+            odd = odd * fourth + b[i + (BALLS + 2 * len(balls) + k) * L]
+            even = even * fourth + b[i + (BALLS + 2 * len(balls) + k + 1) * L]
+        f = 0.5 + place * (odd * square + even)
     return f, gap if beyond else 1.0
 
 
@@ -328,7 +376,7 @@ def _accelerations(
     crack = b[i + (DRIVE + CRACK) * L] + u * b[i + (DRIVE + CRACK_INCREMENT) * L]
     cos_psi, sin_psi = _turned(cos_shaft, sin_shaft, b[i + COS_CRACK * L], b[i + SIN_CRACK * L])
     cosine, sine, r = _direction(b, i, L, y, z, cos_psi, sin_psi)
-    f, gap = _breathing(b, i, L, cosine, sine, r, curve)
+    f, gap = _breathing(b, i, L, cosine, sine, r, balls, curve)
     crack *= gap
 
     ry1, rz1, ry2, rz2 = y - y1, z - z1, y - y2, z - z2
@@ -390,8 +438,10 @@ def _ends(x: Any, k1: Any, k2: Any, k3: Any, k4: Any, h: float) -> Any:
 
 
 @_inline
-def _load(b: Array, i: int, L: int, row: int) -> Any:
+def _load(b: Array, i: int, L: int, row: int, alike: tuple[int, ...]) -> Any:
     i += row * L
+    if len(alike) > 0:  # of equal values the compiler computes what follows once
+        return b[i], b[i + L], b[i + 2 * L], b[i + 3 * L], b[i + 2 * L], b[i + 3 * L]
     return b[i], b[i + L], b[i + 2 * L], b[i + 3 * L], b[i + 4 * L], b[i + 5 * L]
 
 
@@ -429,6 +479,7 @@ def _step(
     sample_s: float,
     balls: tuple[int, ...],
     curve: tuple[int, ...],
+    alike: tuple[int, ...],
 ) -> None:
     """One RK4 step of every lane, the `step`-th after a sample."""
     L = len(lanes)
@@ -456,7 +507,7 @@ def _step(
         load1 = _pair(b, i, L, MIDDLE_LOAD_Y)
         load2 = _pair(b, i, L, END_LOAD_Y)
 
-        x, v = _load(b, i, L, STATE), _load(b, i, L, STATE + 6)
+        x, v = _load(b, i, L, STATE, alike), _load(b, i, L, STATE + 6, alike)
         a, force = _accelerations(b, i, L, u0, sample_s, x, v, shaft0, cage0, load0, balls, curve)
         _store_four(b, i, L, SAMPLED, a, 2)
         _store_four(b, i, L, SAMPLED + 4, force, 0)
@@ -519,6 +570,7 @@ def integrate(
     lanes: tuple[int, ...],
     balls: tuple[int, ...],
     curve: tuple[int, ...],
+    alike: tuple[int, ...],
     coefficients: Array,
     states: Array,
     out: Array,
@@ -537,6 +589,7 @@ def integrate(
         lanes: any tuple of L integers.
         balls: see `kind`.
         curve: see `kind`.
+        alike: see `alike`.
         coefficients: (L, rows), see `pack`.
         states: (L, 12), at the first sample; at return at the sample after the last.
         out: (L, n, OUTPUTS), filled with each sample's row, accelerations from the equations.
@@ -551,7 +604,7 @@ def integrate(
 
     """
     L = len(lanes)
-    b = np.empty((BALLS + 2 * len(balls)) * L)
+    b = np.empty((_COEFFICIENTS + coefficients.shape[1]) * L)
     for i in range(L):
         for row in range(12):
             b[i + (STATE + row) * L] = states[i, row]
@@ -567,7 +620,7 @@ def integrate(
             _put_load(b, L, MIDDLE_LOAD_Y, grids, place + load_rate_hz, denominator)
             place += 2 * load_rate_hz
             _put_load(b, L, END_LOAD_Y, grids, place, denominator)
-            _step(b, lanes, step, substeps, sample_s, balls, curve)
+            _step(b, lanes, step, substeps, sample_s, balls, curve, alike)
             if step == 0:
                 _write_sampled(b, L, out, n)
     for i in range(L):

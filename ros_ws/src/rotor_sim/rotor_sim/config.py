@@ -17,8 +17,8 @@ from rotor_sim.schedule import Ramp, RampSchedule
 from rotor_sim.sensors.config import NoiseLevels, SensorConfig
 
 SPEED_RANGE_RAD_S = (10.0, 1200.0)
-STEPS_PER_PERIOD = 20
-"""Integration steps in a period of the fastest mode; RK4 then damps it by 1e-4 a period."""
+STEPS_PER_PERIOD = 18
+"""Integration steps in a period of the fastest mode; RK4 then damps it by 2e-4 a period."""
 
 
 def _speed(description: str, default: Any = ...) -> Any:

@@ -67,6 +67,7 @@ def integrate(plans: Sequence[Plan], lanes: int) -> tuple[Array, Array]:
         (0,) * lanes,
         lane.balls,
         lane.curve,
+        _kernels.alike(states),
         np.array([plan.lane.coefficients for plan in padded]),
         states,
         out,

@@ -179,7 +179,8 @@ class RotorSimulator:
         ratio = self.parameters.cage_ratio
         drive = np.empty((count, 6))
         drive[:, 0] = angle
-        drive[:, 1] = ((ratio * turns) % 1.0) * (2.0 * np.pi) + ratio * angle
+        cage_turns = ratio * turns
+        drive[:, 1] = (cage_turns - np.floor(cage_turns)) * (2.0 * np.pi) + ratio * angle
         drive[:, 2], drive[:, 3] = speed.values(first, count)
         drive[:, 4], drive[:, 5] = crack.values(first, count)
         return Plan(self._rotor(), first, self._state, turns, drive, load)

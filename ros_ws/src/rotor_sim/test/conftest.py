@@ -93,6 +93,7 @@ def _integrated(
     _kernels.integrate(
         (0,),
         *_kernels.kind(parameters),
+        _kernels.alike(states),
         np.array([_kernels.pack(parameters, *forcing)]),
         states,
         out,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rotor_sim import RotorParameters
 from rotor_sim.analysis import Ensemble, OperatingPoint
-from rotor_sim.analysis.ensemble import LARGEST_STEP, breathing_polynomial, steps_needed
+from rotor_sim.analysis.ensemble import LARGEST_STEP, check_breathing, steps_needed
 from rotor_sim.errors import AnalysisError
 from rotor_sim.parameters import VARIANTS
 
@@ -273,7 +273,8 @@ def test_samples_that_do_not_divide_the_steps_are_refused() -> None:
 @pytest.mark.parametrize('half_angle', [0.3, 0.4, 1.0, 1.57])
 def test_angles_that_the_refusal_recommends_do_serve(half_angle: float) -> None:
     """See test_narrow_crack_of_a_continued_branch."""
-    assert np.isfinite(breathing_polynomial(half_angle, continued=True)).all()
+    rotor = RotorParameters.hou2016('figure', crack_half_angle_rad=half_angle)
+    check_breathing(OperatingPoint(rotor, 352.0, 3.0))
 
 
 # --- the cache and the machine code ---------------------------------------------------------

@@ -163,6 +163,95 @@ def test_angle_is_that_of_the_library(angle: float, behind: bool, r: float) -> N
     assert _kernels._angle(x, y, r) == pytest.approx(angle, rel=0, abs=1e-15)
 
 
+def lanes_of(count: int, variant: str, half_angle: float) -> list[RotorParameters]:
+    return [
+        RotorParameters.hou2016(
+            variant,
+            clearance_m=1e-6 * (i % 3),
+            crack_angle_rad=0.4 * i,
+            crack_half_angle_rad=half_angle,
+            eccentricity_m=1e-6 * i,
+        )
+        for i in range(count)
+    ]
+
+
+@pytest.mark.parametrize('count', [1, 16])
+@pytest.mark.parametrize('half_angle', [np.pi / 6, 0.5])
+@pytest.mark.parametrize('variant', VARIANTS)
+def test_the_second_bearing_repeats_the_first_to_the_last_bit(
+    variant: str, half_angle: float, count: int
+) -> None:
+    """What is left out for bearings that move alike changes no bit of what is computed."""
+    from rotor_sim import _kernels
+
+    random = np.random.default_rng(5)
+    rotors = lanes_of(count, variant, half_angle)
+    states = np.concatenate(
+        [random.normal(size=(count, 6)) * 2e-5, random.normal(size=(count, 6)) * 1e-2], axis=1
+    )
+    states[:, [4, 5, 10, 11]] = states[:, [2, 3, 8, 9]]
+    n = 400
+    drives = np.zeros((count, n, _kernels.DRIVES))
+    speeds = random.uniform(200.0, 700.0, size=(count, 1))
+    drives[:, :, 0] = speeds * np.arange(n) / RATE_HZ
+    drives[:, :, 1] = rotors[0].cage_ratio * drives[:, :, 0]
+    drives[:, :, 2], drives[:, :, 4] = speeds, 0.1
+    loads = np.repeat(LOAD[None], count, axis=0)
+    loads = np.concatenate([loads, loads], axis=1)
+    found = []
+    for alike in (_kernels.alike(states), ()):
+        after, out = states.copy(), np.empty((count, n, _kernels.OUTPUTS))
+        _kernels.integrate(
+            (0,) * count,
+            *_kernels.kind(rotors[0]),
+            alike,
+            np.array([_kernels.pack(rotor) for rotor in rotors]),
+            after,
+            out,
+            RATE_HZ,
+            1 / RATE_HZ,
+            2,
+            0,
+            drives,
+            loads,
+            0,
+            100,
+        )
+        found.append((after.tobytes(), out.tobytes()))
+        assert np.isfinite(out).all()
+    assert _kernels.alike(states) == (0,)
+    assert found[0] == found[1]
+
+
+def test_bearings_are_alike_only_bit_for_bit() -> None:
+    from rotor_sim import _kernels
+
+    states = np.full((3, 12), np.nan)
+    assert _kernels.alike(states) == (0,)
+    for place in (2, 3, 8, 9, 4, 5, 10, 11):
+        other = np.zeros((3, 12))
+        other[1, place] = -0.0
+        assert _kernels.alike(other) == ()
+
+
+@pytest.mark.parametrize('half_angle', [0.01, 0.1, 0.4, 0.65, 1.0, 1.3, np.pi / 2])
+def test_polynomial_of_the_breathing_is_eq_4(half_angle: float) -> None:
+    from rotor_sim import _kernels
+    from rotor_sim.breathing import breathing_polynomial
+    from rotor_sim.model import breathing
+
+    polynomial, error = breathing_polynomial(half_angle, _kernels.BREATHING_TERMS)
+    assert error < 1e-14
+    u = np.linspace(-half_angle, half_angle, 999)
+    t = np.tan(0.5 * u)
+    # the model reaches u at theta = pi/2 - u; its cosine turns by up to 1e-16 pi/(2 alpha)
+    expected = breathing(0.5 * np.pi - u, half_angle)
+    np.testing.assert_allclose(
+        0.5 + t * np.polyval(polynomial, t**2), expected, rtol=0, atol=1e-14 + 5e-16 / half_angle
+    )
+
+
 @pytest.mark.parametrize('place', range(12))
 def test_nan_stays_nan(place: int, kernel: Kernel) -> None:
     state = np.full(12, 1e-6)
@@ -175,7 +264,7 @@ SCRIPT = """
 import numpy as np
 from rotor_sim import RotorParameters, _kernels
 p = RotorParameters.hou2016()
-_kernels.integrate((0,), *_kernels.kind(p), _kernels.pack(p)[None], np.zeros((1, 12)),
+_kernels.integrate((0,), *_kernels.kind(p), (), _kernels.pack(p)[None], np.zeros((1, 12)),
                    np.empty((1, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
                    np.zeros((1, 1, _kernels.DRIVES)), np.zeros((1, 3, 2)), 0, 100)
 print(sum(_kernels.integrate.stats.cache_hits.values()),
@@ -200,11 +289,13 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
 
 
 ASSEMBLY = """
+import sys
 import numpy as np
 from rotor_sim import RotorParameters, _kernels
 p = RotorParameters.hou2016()
 n = _kernels.LANES
-_kernels.integrate((0,) * n, *_kernels.kind(p), np.array([_kernels.pack(p)] * n),
+alike = (0,) * (sys.argv[1] == 'alike')
+_kernels.integrate((0,) * n, *_kernels.kind(p), alike, np.array([_kernels.pack(p)] * n),
                    np.zeros((n, 12)), np.empty((n, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
                    np.zeros((n, 1, _kernels.DRIVES)), np.zeros((n, 3, 2)), 0, 100)
 (text,) = _kernels.integrate.inspect_asm().values()
@@ -213,22 +304,25 @@ print(*(text.count(name) for name in ('vsqrtpd', 'vsqrtsd', 'vfmadd')))
 
 
 @pytest.mark.slow
-def test_lanes_are_vectorised_and_nothing_is_contracted(tmp_path: Path) -> None:
+@pytest.mark.parametrize(('bearings', 'contacts'), [('alike', 1), ('different', 2)])
+def test_lanes_are_vectorised_and_nothing_is_contracted(
+    bearings: str, contacts: int, tmp_path: Path
+) -> None:
     processor = Path('/proc/cpuinfo')
     if not (processor.exists() and ' avx ' in processor.read_text()):
         pytest.skip('this processor has no AVX')
     # code from the cache on disk has no assembly to look at
     run = subprocess.run(
-        [sys.executable, '-c', ASSEMBLY],
+        [sys.executable, '-c', ASSEMBLY, bearings],
         env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
         check=True,
         capture_output=True,
         text=True,
     )
     packed, single, contracted = map(int, run.stdout.split())
-    # 4 evaluations of 8 ball pairs and one distance, in one or more copies of the loop
+    # 4 evaluations of 4 ball pairs a contact and one distance, in one or more copies of the loop
     assert packed > 0
-    assert packed % (4 * (8 + 1)) == 0
+    assert packed % (4 * (4 * contacts + 1)) == 0
     assert single == 0
     assert contracted == 0
 

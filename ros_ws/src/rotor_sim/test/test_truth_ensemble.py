@@ -262,7 +262,7 @@ def test_breathing_is_that_of_the_model(variant: str, half_angle: float) -> None
     for terms in {0, _POLYNOMIAL_TERMS} if closed_form else {_POLYNOMIAL_TERMS}:
         f, rate = breathing(where, theta, terms)
         expected = model.breathing(theta, half_angle, convention)
-        # what breathing_polynomial promises, and rounding of theta, 6e-16, over alpha
+        # what the kernel asks of breathing_polynomial, and rounding of theta, 6e-16, over alpha
         np.testing.assert_allclose(f, expected, rtol=0, atol=2e-10 + 1e-15 / half_angle)
         # by differences, 1e-3 of alpha wide: (pi/2 1e-3)^2/6 = 4e-7 of the slope, pi/(4 alpha)
         step = 1e-3 * half_angle

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many rotors at constant speed and load, integrated side by side: the face of `_lanes`."""
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_sim.analysis import _lanes
+from rotor_sim.breathing import breathing_polynomial
 from rotor_sim.errors import AnalysisError
 from rotor_sim.parameters import GRAVITY_M_S2, RotorParameters
 
@@ -86,8 +85,7 @@ def checked_start(initial_state: ArrayLike | None) -> Array | None:
 def check_breathing(point: OperatingPoint) -> None:
     """Raise AnalysisError for a crack whose breathing the kernel cannot take."""
     if not kernel_of(point)[1]:
-        p = point.parameters
-        breathing_polynomial(p.crack_half_angle_rad, p.theta_convention == 'last_branch')
+        _breathing(point.parameters)
 
 
 def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
@@ -118,36 +116,17 @@ def kernel_of(point: OperatingPoint) -> tuple[int, bool]:
     return p.ball_count, abs(p.crack_half_angle_rad - math.pi / 6.0) < 1e-12
 
 
-@functools.lru_cache(maxsize=4096)
-def breathing_polynomial(half_angle_rad: float, continued: bool) -> Array:
-    """Return P, highest power first, with f - 1/2 = t P(t^2), t = tan(u/2), for `_lanes`.
-
-    A Chebyshev fit of sin(pi u/(2 alpha))/(2 t) in t^2 over |u| <= alpha, or up to pi/2 where the
-    last branch is `continued`. Its error is measured and is below 1e-10.
-
-    Raises:
-        AnalysisError: a continued branch of a narrow crack swings too often for a polynomial.
-
-    """
-    rate = 0.5 * math.pi / half_angle_rad
-    last = math.tan(0.25 * math.pi) if continued else math.tan(0.5 * half_angle_rad)
-
-    def wanted(square: ArrayLike) -> Array:
-        t = np.sqrt(np.maximum(square, 1e-30 * last**2))
-        return np.asarray(0.5 * np.sin(2.0 * rate * np.arctan(t)) / t)
-
-    fit = chebyshev.Chebyshev.interpolate(wanted, _POLYNOMIAL_TERMS - 1, domain=[0.0, last**2])
-    power = fit.convert(kind=np.polynomial.Polynomial).coef
-    power = np.pad(power, (0, _POLYNOMIAL_TERMS - len(power)))
-    check = np.linspace(0.0, last, 2001)
-    reached = check * np.polynomial.polynomial.polyval(check**2, power)
-    error = float(np.max(np.abs(reached - check * wanted(check**2))))
+def _breathing(p: RotorParameters) -> Array:
+    """Return the polynomial of `_lanes`; AnalysisError where none describes the breathing."""
+    polynomial, error = breathing_polynomial(
+        p.crack_half_angle_rad, _POLYNOMIAL_TERMS, continued=p.theta_convention == 'last_branch'
+    )
     if not error <= _POLYNOMIAL_ERROR:
         raise AnalysisError(
-            f'crack_half_angle_rad = {half_angle_rad:g} is too narrow for theta_convention '
+            f'crack_half_angle_rad = {p.crack_half_angle_rad:g} is too narrow for theta_convention '
             "'last_branch' in an analysis; use 0.3 to 1.57, or another convention"
         )
-    return np.asarray(power[::-1])
+    return polynomial
 
 
 class Ensemble:
@@ -310,6 +289,6 @@ def _coefficients(point: OperatingPoint, step_rad: float, directions: int, terms
         _lanes.NEXT_REGION: 0.0,
     }
     angles = 2.0 * np.pi * np.arange(directions) / p.ball_count
-    polynomial = breathing_polynomial(p.crack_half_angle_rad, continued) if terms else np.empty(0)
+    polynomial = _breathing(p) if terms else np.empty(0)
     rows = [values[row] for row in range(_lanes.COS_CAGE, _lanes.BALLS)]
     return np.concatenate([rows, np.cos(angles), np.sin(angles), polynomial])
