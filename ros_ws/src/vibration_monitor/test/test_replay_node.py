@@ -117,10 +117,10 @@ def test_every_byte_comes_in_order_and_in_time(
         expected = [wire.data + bytes(-len(wire.data) % 4) for wire in wires]
         assert [heard.data for heard in listener.of(topic)] == expected, topic.name
     blocks = listener.of(topics.WAVEFORM)
-    length_s = (stamp_of(BLOCKS - 1) - EPOCH_NS) * 1e-9 / rate
-    heard_s = blocks[-1].at_s - blocks[0].at_s
-    # Each end may be late alone. 0.2 s is ten times the lateness measured on a busy machine.
-    assert heard_s == pytest.approx(length_s, abs=0.2)
+    # A busy machine makes single blocks late, even by 0.3 s. That the least late of both halves are
+    # equally late takes the right rate: played four times too fast or slow they differ by 0.75 s.
+    late_s = [block.at_s - (stamp_of(k) - EPOCH_NS) * 1e-9 / rate for k, block in enumerate(blocks)]
+    assert min(late_s[BLOCKS // 2 :]) == pytest.approx(min(late_s[: BLOCKS // 2]), abs=0.4)
     assert listener.clock_ns == sorted(listener.clock_ns)
     assert set(listener.clock_ns) <= {stamp_of(k) for k in range(BLOCKS)}
     assert listener.clock_ns[-1] == stamp_of(BLOCKS - 1)
