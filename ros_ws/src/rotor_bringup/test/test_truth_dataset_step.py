@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The integration step of the suites is fine enough: more steps change less than any sensor sees."""
+"""The integration step of the suites: finer ones change less than any sensor sees."""
 
 import numpy as np
 import pytest

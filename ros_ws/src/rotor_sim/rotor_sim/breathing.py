@@ -31,11 +31,12 @@ def breathing_polynomial(
         return np.asarray(0.5 * np.sin(2.0 * rate * np.arctan(t)) / t)
 
     fit = chebyshev.Chebyshev.interpolate(wanted, terms - 1, domain=[0.0, last**2])
-    power = fit.convert(kind=Polynomial).coef
-    power = np.pad(power, (0, terms - len(power)))
+    power = np.zeros(terms)
+    found = fit.convert(kind=Polynomial).coef
+    power[: len(found)] = found
     check = np.linspace(0.0, last, 2001)
     reached = check * np.polynomial.polynomial.polyval(check**2, power)
     error = float(np.max(np.abs(reached - check * wanted(check**2))))
-    power = np.ascontiguousarray(power[::-1])
-    power.flags.writeable = False
-    return power, error
+    highest_first = power[::-1].copy()
+    highest_first.flags.writeable = False
+    return highest_first, error
