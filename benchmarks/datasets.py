@@ -39,15 +39,20 @@ Case = tuple[Callable[[], Any], float, int]
 
 
 def machine_of(i: int, sensors: dict[str, Any]) -> RotorSimulator:
-    """Return one of 16 rotors that differ in speed, crack, clearance and forcing; 3 steps a sample.
+    """Return one of 16 rotors that differ in speed, crack, its opening, clearance and forcing.
 
-    Speed and crack are under way for all of the run.
+    2 steps a sample, as in the suites. Speed and crack are under way for all of the run.
     """
     return RotorSimulator(
         RotorSimConfig.from_mapping(
             {
                 'settle_revolutions': 5,
-                'rotor': {'clearance_m': 1e-6 * (i % 4), 'crack_stiffness_ratio': 0.01 * i},
+                'steps_per_revolution': 200,
+                'rotor': {
+                    'clearance_m': 1e-6 * (i % 4),
+                    'crack_stiffness_ratio': 0.01 * i,
+                    'crack_half_angle_rad': 0.4 + 0.015 * i,
+                },
                 'speed': {
                     'initial_rad_s': 280.0 + i,
                     'highest_rad_s': 360.0,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from rotor_bringup.dataset.suite import plan_suite
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.evaluation import landlock, page
 from spy_detector import CHANNELS
@@ -47,6 +48,24 @@ def test_the_page_has_a_place_for_results() -> None:
     assert text.count(page.BEGIN) == text.count(page.END) == 1
     with pytest.raises(DatasetError, match='no place for results'):
         page.filled('nothing', {})
+
+
+def test_the_results_are_of_the_suite_as_it_is() -> None:
+    """Whoever changes the suite owes the page a new run."""
+    content = json.loads((DOCS / 'evaluation.json').read_text('utf-8'))
+    planned = [
+        flight
+        for machine in plan_suite(content['suite'], content['seed'])
+        for flight in machine.flights
+        if flight.split == content['split'] and flight.role == 'test'
+    ]
+    found = {(flight['machine'], flight['number']): flight for flight in content['flights']}
+    assert {(flight.machine, flight.number) for flight in planned} == set(found)
+    for flight in planned:
+        labels = found[flight.machine, flight.number]['labels']
+        assert labels['manoeuvre'] == flight.grid.family
+        assert labels['crack_stiffness_ratio'] == flight.grid.crack_stiffness_ratio
+        assert labels['speed_rad_s'] == pytest.approx(flight.rotor.speed_rad_s, rel=1e-5)
 
 
 def test_the_page_tells_in_how_many_ways_the_spy_looks() -> None:

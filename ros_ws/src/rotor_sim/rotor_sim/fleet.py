@@ -24,8 +24,9 @@ def advance(
     """Return the next `n_samples` samples of every simulator, each with its own load grid.
 
     The blocks have the bytes of `simulator.advance(n_samples, grid)`. Rotors that agree in rate,
-    steps a sample, ball count, and whether their crack_half_angle_rad is 30 degrees, are
-    integrated up to 16 at a time; more of a kind are faster, other differences cost nothing.
+    steps a sample, ball count and the kind of their breathing function (crack_half_angle_rad is 30
+    degrees; another; another with a continued last branch) are integrated up to 16 at a time; more
+    of a kind are faster, other differences cost nothing.
 
     Raises:
         RotorError: the simulators do not stand at the same sample, have not the same rate or are

@@ -75,7 +75,7 @@ def _fixed_errors(table: SensorDraws, draw: np.random.Generator) -> Nested:
 
 
 def _faulty(errors: Nested, table: SensorDraws, fault: str) -> Nested:
-    """Return sensors with a fault of the disk's probes, the key-phasor or the load sensor."""
+    """Return sensors with a fault of one or all probes, the key-phasor or the load sensor."""
     probes = errors.setdefault('proximity', {})
     disk_y = probes.setdefault('disk_y', {})
     match fault:

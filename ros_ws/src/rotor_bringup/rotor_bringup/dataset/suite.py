@@ -118,7 +118,7 @@ class Flight:
                     **speed_program(
                         grid.speed_program, rotor.speed_rad_s, self.duration_s, suite.speed, draw
                     ),
-                    # one step for the whole suite, so that any machines fly in lock-step
+                    # one for the whole suite: machines of the same steps a sample fly in lock-step
                     'highest_rad_s': suite.machine.speed_rad_s[1] * suite.speed.highest(),
                 },
                 'maneuver': Pilot(suite.manoeuvre, draw).flight(grid.family, self.duration_s),
