@@ -57,10 +57,7 @@ def test_first_start_sets_everything_up_and_the_second_nothing(workplace: Workpl
 
 def test_test_script_passes_arguments_to_pytest(workplace: Workplace) -> None:
     done = workplace.run('-m', 'not slow', script='test')
-    assert (
-        done.stdout
-        == 'python -m pytest -n auto --dist loadgroup --no-loadscope-reorder -m not slow\n'
-    )
+    assert done.stdout == 'python -m pytest -m not slow\n'
     assert workplace.done_so_far() == EVERYTHING
 
 

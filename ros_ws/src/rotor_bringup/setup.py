@@ -52,7 +52,7 @@ setup(
             'psutil>=6.0',
             'pytest>=8.3',
             'pytest-timeout>=2.3',
-            'pytest-xdist>=3.8',
+            'pytest-xdist>=3.6',
             'ruff>=0.9',
             'setuptools>=77,<80',  # builds the packages; colcon wants it below 80
             'types-PyYAML>=6.0',
