@@ -23,6 +23,41 @@ class Interrupted(KeyboardInterrupt):
     """
 
 
+class _Hold:
+    """How many blocks of `held` the main thread is in, and the signal that came meanwhile."""
+
+    def __init__(self) -> None:
+        self.depth = 0
+        self.waiting: list[int] = []
+
+    def arrive(self, number: int) -> None:
+        if not self.depth:
+            raise Interrupted(number)
+        self.waiting.append(number)
+
+
+_hold = _Hold()
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Let a signal of `interruptible` wait for the end of this block, which must be short.
+
+    For steps that belong together, as to keep a result and to count it. A block that raises ends
+    the wait too. In threads other than the main one, which get no signals, this does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    _hold.depth += 1
+    try:
+        yield
+    finally:
+        _hold.depth -= 1
+        if _hold.waiting and not _hold.depth:
+            raise Interrupted(_hold.waiting.pop())
+
+
 @contextmanager
 def interruptible(*numbers: signal.Signals) -> Iterator[None]:
     """Let the first of the signals raise Interrupted in the block; more of them do nothing.
@@ -39,7 +74,7 @@ def interruptible(*numbers: signal.Signals) -> Iterator[None]:
         has_come = True
         if is_owed:
             is_owed = False
-            raise Interrupted(number)
+            _hold.arrive(number)
 
     def send_again(number: int) -> None:
         nonlocal is_owed

@@ -6,6 +6,8 @@ import concurrent.futures
 import dataclasses
 import importlib
 import math
+import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rotor_interfaces import interrupt
 from rotor_sim import RotorParameters
 from rotor_sim.analysis import (
     OperatingPoint,
@@ -269,6 +272,23 @@ def test_interrupt_keeps_what_is_done(tmp_path: Path, interrupt: type[BaseExcept
     found = survey(points, SHORT, executor=rest, cache=cache)
     assert rest.points == 6
     assert_same(found, survey(points, SHORT))
+
+
+class InterruptedCache(ResultCache):
+    """Ctrl-C hits when a chunk has just been stored."""
+
+    def store(self, key: str, arrays: Any) -> None:
+        super().store(key, arrays)
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.usefixtures('small_chunks')
+def test_what_is_stored_is_counted_whenever_ctrl_c_comes(tmp_path: Path) -> None:
+    points, cache, done = over_crack(18), InterruptedCache(tmp_path), [0]
+    with pytest.raises(interrupt.Interrupted), interrupt.interruptible(signal.SIGINT):
+        survey(points, SHORT, cache=cache, on_progress=lambda now, _: done.append(now))
+    assert len(list(tmp_path.glob('*.npz'))) == 1
+    assert done == [0, 6]
 
 
 class Interrupted(Immediate):

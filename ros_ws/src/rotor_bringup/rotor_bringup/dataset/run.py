@@ -21,6 +21,7 @@ from rotor_bringup.dataset.suite import Flight, Machine, batches, plan_suite
 from rotor_bringup.dataset.write import Row, write_flights
 from rotor_bringup.errors import DatasetError, ProcessError
 from rotor_bringup.scenario import versions
+from rotor_interfaces import interrupt
 
 OnProgress = Callable[[int, int], None]
 """Takes the flights done and the flights in total."""
@@ -92,9 +93,10 @@ def make_dataset(
     count = 0 if scheduler else min(jobs or os.cpu_count() or 1, len(lanes))
     with _workers(scheduler, count) as pool, closing(_written(pool, lanes, place, known)) as rows:
         for written in rows:
-            place.add(written)
-            done += len(written)
-            on_progress(done, len(flights))
+            with interrupt.held():  # what is noted is counted
+                place.add(written)
+                done += len(written)
+                on_progress(done, len(flights))
     place.write_manifest()
     finished = place.finished.values()
     return Result(

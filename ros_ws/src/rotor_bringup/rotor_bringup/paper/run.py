@@ -37,6 +37,7 @@ from rotor_bringup.paper.figures import (
 from rotor_bringup.paper.judging import Path as Motion
 from rotor_bringup.paper.judging import Results, Sweeps
 from rotor_bringup.progress import OnProgress
+from rotor_interfaces import interrupt
 from rotor_sim.analysis import Plan, Survey, continuation, poincare_section, survey
 from rotor_sim.analysis.cache import ResultCache
 
@@ -198,12 +199,15 @@ def _sweeps(continued: Sequence[Diagram], variant: str, work: _Work) -> dict[str
         for direction in DIRECTIONS
     ]
     key = work.cache.key('continuation', [sweeps, plan])
-    known = work.cache.load(key)
+    kept = work.cache.load(key)
+    known = kept
     if known is None:
         found = continuation(sweeps, values, plan)
         known = {'Z': np.array([one.z / one.length_scale_m[:, None] for one in found])}
-        work.cache.store(key, known)
-    work.tick(len(sweeps) * values.size)
+    with interrupt.held():  # what is kept is counted
+        if kept is None:
+            work.cache.store(key, known)
+        work.tick(len(sweeps) * values.size)
     pairs = known['Z'].reshape(len(continued), 2, values.size, -1)
     return {
         diagram.key: Sweeps(values, up, down)

@@ -21,6 +21,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotor_interfaces import interrupt
 from rotor_sim.analysis.cache import Arrays, ResultCache
 from rotor_sim.analysis.ensemble import (
     FEWEST_STEPS,
@@ -278,9 +279,11 @@ def survey(
                 pending[executor.submit(run_chunk, *task)] = chunk, key
         for future in concurrent.futures.as_completed(pending):
             chunk, key = pending.pop(future)  # and with it the result, once it is kept
-            if cache is not None:
-                cache.store(key, future.result())
-            keep(chunk, future.result())
+            result = future.result()
+            with interrupt.held():  # what is kept is counted
+                if cache is not None:
+                    cache.store(key, result)
+                keep(chunk, result)
     return of_arrays(points, plan, arrays)
 
 
