@@ -28,6 +28,7 @@ FLIGHTS = {
 }
 SETTINGS = MonitorConfig(channels=PROBES, orders=(1.0, 2.0, 3.0), extras=('crack',))
 RIGID = np.full(2, SETTINGS.crack.rigid_critical_speed_rad_s**2)
+DAMPING = np.full(2, SETTINGS.crack.damping_ratio)
 UM = 1e6
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ def measure() -> dict[str, dict[str, Array]]:
         for monitor, found, block in zip(monitors, rows, blocks, strict=True):
             for record in monitor.push(block):
                 window = CrackWindow.of(record.indicators(), SETTINGS.hop_revolutions)
-                loads = equivalent_loads(window, RIGID, SETTINGS.crack.damping_ratio).loads
+                loads = equivalent_loads(window, RIGID, DAMPING).loads
                 bend = 2 * window.mean[0] - window.mean[2] - window.mean[4]
                 found.append(
                     (

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 
 from vibration_monitor.crack import CrackEstimate, CrackEstimator, CrackFindings
 from vibration_monitor.crack_baseline import learn_baseline
-from vibration_monitor.crack_model import ORBIT_ORDERS, CrackConfig, CrackWindow, unit_crack
+from vibration_monitor.crack_model import (
+    ORBIT_ORDERS,
+    CrackBaseline,
+    CrackConfig,
+    CrackWindow,
+    unit_crack,
+)
 from vibration_monitor.errors import MonitorError
 
 CONFIG = CrackConfig()
@@ -68,6 +74,7 @@ def windows(
     runout: float = 0.0,
     noise: float = 0.0,
     rigid: float = CONFIG.rigid_critical_speed_rad_s,
+    damping: float = CONFIG.damping_ratio,
     seed: int = 0,
     count: int = 60,
     following: float = 0.0,
@@ -92,7 +99,7 @@ def windows(
             motion = mean[:, None] + (vectors[:, :3] @ waves).real
             load_of_crack = crack_load(motion, ratio, beta)
             for place, order in ((1, 2.0), (2, 3.0), (3, BALL_PASS)):
-                stiff = 1 + 4j * CONFIG.damping_ratio * order * speed**2 / rigid**2
+                stiff = 1 + 4j * damping * order * speed**2 / rigid**2
                 inertia = 2 * order**2 * speed**2 / rigid**2
                 q = np.zeros(2, complex)
                 if order != BALL_PASS:
@@ -181,6 +188,29 @@ def test_the_ball_pass_line_gives_the_stiffness_of_the_machine() -> None:
     reference = windows(rigid=softer, noise=1e-8, speeds=(250.0, 352.0, 420.0))
     learnt = learn_baseline(reference, CONFIG, BALL_PASS)
     assert learnt.rigid_critical_speeds_rad_s == pytest.approx((softer, softer), rel=1e-3)
+
+
+DAMPED: dict[str, Any] = {'damping': 0.013, 'following': 2e-6, 'noise': 1e-8}
+"""A machine of another damping whose 2x follows the load, as with clearance."""
+
+
+def damped_baseline() -> CrackBaseline:
+    reference = windows(**DAMPED, speeds=(500.0, 536.0, 560.0), count=600)
+    return learn_baseline(reference, CONFIG, BALL_PASS)
+
+
+def test_reference_flights_near_half_the_critical_speed_give_the_damping() -> None:
+    # the prior pulls towards 0.01 in the direction that moves less
+    assert damped_baseline().damping_ratios == pytest.approx((0.013, 0.013), abs=7e-4)
+
+
+def test_another_damping_is_no_crack() -> None:
+    taught = damped_baseline()
+    untaught = taught.model_copy(update={'damping_ratios': (0.01, 0.01)})
+    sound = windows(**DAMPED, speeds=(560.0,), seed=2)
+    assert final(estimator(CrackConfig(baseline=taught)), sound).lowest < 0.0
+    # it would be: the cause of false alarms before it was learnt
+    assert final(estimator(CrackConfig(baseline=untaught)), sound).lowest > 0.005
 
 
 def test_a_wrong_critical_speed_is_repaired_by_the_flight_and_by_the_references() -> None:

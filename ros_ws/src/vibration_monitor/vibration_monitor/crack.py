@@ -124,9 +124,11 @@ class CrackEstimator:
         self.config = config
         self._inflation = overlap_inflation(window_revolutions, hop_revolutions)
         self._rigid = np.full(2, config.rigid_critical_speed_rad_s**2)
+        self._damping = np.full(2, config.damping_ratio)
         self._constant: Complex | None = None
         if config.baseline is not None:
             self._rigid = np.array(config.baseline.rigid_critical_speeds_rad_s) ** 2
+            self._damping = np.array(config.baseline.damping_ratios)
             self._constant = config.baseline.terms()
         self._by_load = {config.memory_s: _LoadFit(), 0.25 * config.memory_s: _LoadFit()}
         self._by_reference = _ReferenceFit()
@@ -156,7 +158,7 @@ class CrackEstimator:
     def _add(self, window: CrackWindow) -> None:
         if self.config.baseline is not None:
             window = self.config.baseline.corrected(window)
-        found = equivalent_loads(window, self._rigid, self.config.damping_ratio)
+        found = equivalent_loads(window, self._rigid, self._damping)
         unit = unit_crack(window, self.config.crack_half_angle_rad)
         drift = drift_terms(window)
         static_bend = complex(*bend(window.mean))

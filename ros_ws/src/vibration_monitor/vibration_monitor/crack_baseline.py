@@ -3,11 +3,11 @@
 """What healthy flights of one machine teach the crack estimate.
 
 Near half the critical speed q_n is a small difference of large terms: there a probe that reads 5 %
-too much looks like a crack. But in healthy flights q_n at 1x, 2x and 3x is a constant (unbalance,
-runout, misalignment) and one term with the square of the speed, and 0 on the ball-pass line, which
-no fault of the shaft drives. So the shaft's stiffness and the errors of the bearings' probes
-against the disk's are those that leave the least beside these terms. (An error that all probes of a
-direction share changes nothing: K is a ratio.)
+too much looks like a crack, and so does a damping of another size. But in healthy flights q_n at
+1x, 2x and 3x is a constant (unbalance, runout, misalignment) and one term with the square of the
+speed, and 0 on the ball-pass line, which no fault of the shaft drives. So the shaft's stiffness,
+its damping and the errors of the bearings' probes against the disk's are those that leave the least
+beside these terms. (An error that all probes of a direction share changes nothing: K is a ratio.)
 """
 
 import math
@@ -30,8 +30,9 @@ from vibration_monitor.crack_model import (
 )
 from vibration_monitor.errors import MonitorError
 
-_SPREADS = np.array([0.03, 0.05, 0.05, 0.03, 0.03])
-"""Expected size of the errors, as shares: stiffness, scales of the bearings' probes, cross axes."""
+_SPREADS = np.array([0.03, 0.005, 0.05, 0.05, 0.03, 0.03])
+"""Expected size of the errors: stiffness (share), damping ratio, and as shares the scales and the
+cross axes of the bearings' probes."""
 
 _ALIKE_WINDOWS = 5.0
 """So many windows in a row share their errors: they overlap, and a manoeuvre lasts."""
@@ -61,14 +62,16 @@ def learn_baseline(
         )
     errors = np.array([_probe_errors(known, config, ball_pass_order, i) for i in (0, 1)])
     rigid = config.rigid_critical_speed_rad_s**2 / (1.0 - errors[:, 0])
+    damping = config.damping_ratio + errors[:, 1]
     scaled = CrackBaseline(
         rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
-        bearing_scale_errors=tuple(errors[:, 1:3].T.ravel().tolist()),
-        bearing_cross_axis=tuple(errors[:, 3:5].T.ravel().tolist()),
+        damping_ratios=(float(damping[0]), float(damping[1])),
+        bearing_scale_errors=tuple(errors[:, 2:4].T.ravel().tolist()),
+        bearing_cross_axis=tuple(errors[:, 4:6].T.ravel().tolist()),
         constant_y_m=(0.0,) * 4,
         constant_z_m=(0.0,) * 4,
     )
-    constant = _constant_terms([scaled.corrected(window) for window in known], config, rigid)
+    constant = _constant_terms([scaled.corrected(window) for window in known], rigid, damping)
     return scaled.model_copy(
         update={
             'constant_y_m': tuple(constant.real.ravel().tolist()),
@@ -80,7 +83,7 @@ def learn_baseline(
 def _probe_errors(
     windows: Sequence[CrackWindow], config: CrackConfig, ball_pass_order: float, axis: int
 ) -> Real:
-    """Return the errors that _SPREADS names in one direction, (5,); `axis` 0 is y, 1 is z.
+    """Return the errors that _SPREADS names in one direction, (6,); `axis` 0 is y, 1 is z.
 
     Linear least squares with a Gaussian prior, reweighted by what each order leaves.
     """
@@ -102,7 +105,7 @@ def _probe_errors(
 def _lines(
     windows: Sequence[CrackWindow], config: CrackConfig, ball_pass_order: float, axis: int
 ) -> Iterator[tuple[Complex, Complex]]:
-    """Yield q (windows,) at each order and its slope by each error (windows, 5), over its noise.
+    """Yield q (windows,) at each order and its slope by each error (windows, 6), over its noise.
 
     The terms that a sound machine has are taken out of both.
     """
@@ -115,8 +118,10 @@ def _lines(
         disk, *bearings = (vectors[:, probe, place] for probe in (axis, 2 + axis, 4 + axis))
         others = (vectors[:, probe, place] for probe in (3 - axis, 5 - axis))
         inertia = 2.0 * order**2 * square / rigid * disk
-        slopes = [inertia, *(damping * motion for motion in (*bearings, *others))]
-        load = damping * (2.0 * disk - bearings[0] - bearings[1]) - inertia
+        bent = 2.0 * disk - bearings[0] - bearings[1]
+        damped = 4.0j * order * square / rigid * bent
+        slopes = [inertia, damped, *(damping * motion for motion in (*bearings, *others))]
+        load = damping * bent - inertia
         scale = 1.0 / np.hypot(NOISE_M, RELATIVE_ERROR * np.abs(inertia))
         columns = np.column_stack((load, *slopes)) * scale[:, np.newaxis]
         if order != ball_pass_order:
@@ -125,9 +130,9 @@ def _lines(
         yield columns[:, 0], columns[:, 1:]
 
 
-def _constant_terms(windows: Sequence[CrackWindow], config: CrackConfig, rigid: Real) -> Complex:
+def _constant_terms(windows: Sequence[CrackWindow], rigid: Real, damping: Real) -> Complex:
     """Return what q is without a crack: constant, and with the square of the speed, (2, 2)."""
-    found = [equivalent_loads(window, rigid, config.damping_ratio) for window in windows]
+    found = [equivalent_loads(window, rigid, damping) for window in windows]
     loads = np.array([each.loads for each in found])
     weights = np.array([each.weights for each in found])
     drift = np.array([drift_terms(window) for window in windows])

@@ -62,6 +62,9 @@ class CrackBaseline(ConfigModel):
     rigid_critical_speeds_rad_s: tuple[float, float] = pydantic.Field(
         description='measured sqrt(2k/m) in the directions y and z, rad/s'
     )
+    damping_ratios: tuple[float, float] = pydantic.Field(
+        description='measured xi of the shaft in the directions y and z'
+    )
     bearing_scale_errors: tuple[float, ...] = pydantic.Field(
         min_length=4,
         max_length=4,
@@ -192,12 +195,12 @@ class EquivalentLoads(NamedTuple):
     weights: Real
 
 
-def equivalent_loads(window: CrackWindow, rigid: Real, damping_ratio: float) -> EquivalentLoads:
-    """Return the equivalent loads of a window; `rigid` (2,) is W in y and z, (rad/s)^2."""
+def equivalent_loads(window: CrackWindow, rigid: Real, damping_ratios: Real) -> EquivalentLoads:
+    """Return the equivalent loads of a window; `rigid` is W, (rad/s)^2, both (2,) in y and z."""
     vectors = window.vectors[:, 1:]
     square = window.speed_rad_s**2
     orders = np.array(CRACK_ORDERS)[:, np.newaxis]
-    damping = 1.0 + 4.0j * damping_ratio * orders * square / rigid
+    damping = 1.0 + 4.0j * damping_ratios * orders * square / rigid
     inertia = 2.0 * orders**2 * square / rigid * vectors[:2].T
     q = damping * bend(vectors).T - inertia
     slopes = 2.0 * damping * vectors[:2].T - inertia
