@@ -12,6 +12,8 @@ from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
 from vibration_monitor.reading import Recording
 
+pytestmark = pytest.mark.real_time
+
 LEVELS = ['OK', 'WARN', 'ERROR', 'STALE']
 
 

@@ -20,6 +20,8 @@ from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import VibrationMonitor
 from vibration_monitor.reading import Recording, waveform_blocks
 
+pytestmark = pytest.mark.real_time
+
 DURATION_S = '6'
 
 

@@ -15,7 +15,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS, stamp_ns
 from rotor_interfaces.waveform import decode
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 EPOCH_NS = 1_800_000_000_123_456_789
 STEP_NS = 10_000_000
 BLOCK_NS = 25_000_000

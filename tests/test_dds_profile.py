@@ -11,6 +11,8 @@ import pytest
 
 from rig_support import private_environment
 
+pytestmark = pytest.mark.real_time
+
 PARTICIPANT = """
 import os
 

@@ -108,7 +108,7 @@ def interrupted(arguments: list[str], is_time: Callable[[int], bool]) -> str:
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 130, said
-    assert awaited(lambda: not started & {(p, s) for p, (_, s) in processes().items()}, 5.0)
+    assert awaited(lambda: not started & {(p, s) for p, (_, s) in processes().items()}, 20.0)
     assert 'Traceback' not in said
     return said.strip().splitlines()[-1]
 
@@ -148,6 +148,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Path) -> None:
     done = rig(
         'evaluate', 'topic:my/score', 'zones', '--node-command', f'{sys.executable} {NODE}',
@@ -172,6 +173,7 @@ def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 def test_a_node_that_says_nothing_has_failed_in_a_sentence(
     rig: Rig, small_suite: Path, tmp_path: Path
 ) -> None:

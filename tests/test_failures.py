@@ -10,7 +10,7 @@ import yaml
 from rig_support import Rig
 from vibration_monitor.reading import Recording
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 @pytest.fixture

@@ -28,6 +28,8 @@ from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.reading import Recording
 from vibration_monitor.recording import RecordingWriter
 
+pytestmark = pytest.mark.real_time
+
 EPOCH_NS = 1_800_000_000 * NANOSECONDS
 BLOCKS = 30
 

@@ -15,7 +15,7 @@ from rig_support import CLI, Rig, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording, waveform_blocks
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 def set_parameters(values: dict[str, float]) -> dict[str, Any]:

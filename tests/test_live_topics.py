@@ -62,7 +62,7 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     return messages
 
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 def test_no_sample_is_missing(heard: dict[str, list[Any]]) -> None:

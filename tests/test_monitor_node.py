@@ -15,7 +15,7 @@ from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of, sample_stamp_ns
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 RATE_HZ = 10_240
 BLOCK = 256
 SPEED_RAD_S = 352.0

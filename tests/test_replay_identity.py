@@ -14,7 +14,7 @@ from rig_support import CLI, LiveRuns, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 def test_a_monitor_on_a_replay_gives_the_live_indicators(

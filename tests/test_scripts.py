@@ -18,6 +18,8 @@ import pytest
 
 from script_support import EVERYTHING, ROOT, Workplace, make_workplace
 
+pytestmark = pytest.mark.real_time
+
 SCRIPTS = ('run', 'test', 'lock', 'env', 'install_viewer_packages')
 
 

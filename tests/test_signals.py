@@ -22,7 +22,7 @@ NODES = {
     'vibration_monitor': 'vibration_monitor.node',
     'recorder': 'vibration_monitor.recorder_node',
 }
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 class Rig:

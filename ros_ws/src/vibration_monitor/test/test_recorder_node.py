@@ -32,7 +32,7 @@ from rotor_interfaces.messages import ros_class, typestore
 from rotor_interfaces.topics import Topic
 from vibration_monitor.reading import Recording, waveform_blocks
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 SENT_TOPICS = tuple(dict.fromkeys(wire.topic for wire in made_up_run(1)))
 BLOCK_S = 0.025

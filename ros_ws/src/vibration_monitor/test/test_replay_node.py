@@ -31,7 +31,7 @@ from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import RecordingWriter
 from vibration_monitor.recording_stream import raw_stamp_ns
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 BLOCKS = 80
 HEARD = tuple(

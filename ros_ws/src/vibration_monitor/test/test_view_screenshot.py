@@ -17,7 +17,7 @@ from vibration_monitor.view.offline import convert
 from vibration_monitor.view.screenshot import SIZE, Page
 from view_pictures import EXPECTED, empty_views
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 def record(folder: Path, without: tuple[Topic, ...] = ()) -> Path:

@@ -21,6 +21,7 @@ from view_pictures import EXPECTED
 
 XVFB = shutil.which('Xvfb')
 pytestmark = [
+    pytest.mark.real_time,
     pytest.mark.slow,
     pytest.mark.skipif(
         XVFB is None, reason='no Xvfb here; scripts/install_viewer_packages installs it'

@@ -17,7 +17,7 @@ from vibration_monitor.view import style
 from vibration_monitor.view.rig_view import SHOWN_TOPICS
 from view_rows import curve, lines, logged
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
 @pytest.fixture
