@@ -20,7 +20,7 @@ _domains = itertools.count(os.getpid())
 
 
 def private_domain() -> str:
-    """Return a ROS domain that no other test of this session uses, 60 to 99."""
+    """Return a ROS domain that no other test of this process uses, 60 to 99."""
     return str(60 + next(_domains) % 40)
 
 

@@ -133,6 +133,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_run_goes_on(tmp_path: Path) -> N
     until = time.monotonic() + 120.0
     while not list(cache.glob('*.npz')) and time.monotonic() < until:
         time.sleep(0.02)
+    assert list(cache.glob('*.npz')), 'nothing was kept in time'
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == ExitCode.INTERRUPTED, said

@@ -43,8 +43,9 @@ _hold = _Hold()
 def held() -> Iterator[None]:
     """Let a signal of `interruptible` wait for the end of this block, which must be short.
 
-    For steps that belong together, as to keep a result and to count it. A block that raises ends
-    the wait too. In threads other than the main one, which get no signals, this does nothing.
+    For steps within `interruptible` that belong together, as to keep a result and to count it. A
+    block that raises ends the wait too. In threads other than the main one, which get no signals,
+    this does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -194,14 +194,16 @@ DAMPED: dict[str, Any] = {'damping': 0.013, 'following': 2e-6, 'noise': 1e-8}
 """A machine of another damping whose 2x follows the load, as with clearance."""
 
 
-def damped_baseline() -> CrackBaseline:
-    reference = windows(**DAMPED, speeds=(500.0, 536.0, 560.0), count=600)
+def damped_baseline(softer: float = 1.0) -> CrackBaseline:
+    rigid = softer * CONFIG.rigid_critical_speed_rad_s
+    reference = windows(**DAMPED, rigid=rigid, speeds=(500.0, 536.0, 560.0), count=600)
     return learn_baseline(reference, CONFIG, BALL_PASS)
 
 
-def test_reference_flights_near_half_the_critical_speed_give_the_damping() -> None:
+@pytest.mark.parametrize('softer', [1.0, 0.95])
+def test_reference_flights_near_half_the_critical_speed_give_the_damping(softer: float) -> None:
     # the prior pulls towards 0.01 in the direction that moves less
-    assert damped_baseline().damping_ratios == pytest.approx((0.013, 0.013), abs=7e-4)
+    assert damped_baseline(softer).damping_ratios == pytest.approx((0.013, 0.013), abs=7e-4)
 
 
 def test_another_damping_is_no_crack() -> None:

@@ -62,7 +62,8 @@ def learn_baseline(
         )
     errors = np.array([_probe_errors(known, config, ball_pass_order, i) for i in (0, 1)])
     rigid = config.rigid_critical_speed_rad_s**2 / (1.0 - errors[:, 0])
-    damping = config.damping_ratio + errors[:, 1]
+    # found over W of the configuration: what stays the same is xi / W
+    damping = (config.damping_ratio + errors[:, 1]) / (1.0 - errors[:, 0])
     scaled = CrackBaseline(
         rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
         damping_ratios=(float(damping[0]), float(damping[1])),

@@ -38,7 +38,7 @@ class BaselineDetector:
         self._told_s = math.nan
 
     def fit(self, flights: Iterable[Iterable[WaveformBlock]]) -> None:
-        """Learn shaft stiffness, probe errors, runout and misalignment of this machine."""
+        """Learn stiffness, damping, probe errors, runout and misalignment of this machine."""
         crack = CrackConfig(baseline=baseline_of(flights))
         self._monitor = VibrationMonitor(_MONITOR.model_copy(update={'crack': crack}))
 
