@@ -6,6 +6,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,7 +44,7 @@ class Source:
         ros.subscription(self._node, topics.ALARM, self.alarms.append)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self.wait_for(lambda: self._publisher.get_subscription_count() == 1)
+        self.wait_for(lambda: self._publisher.get_subscription_count() == 1, 90.0)
 
     def wait_for(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
         deadline = time.monotonic() + timeout_s
@@ -81,8 +83,9 @@ class Source:
         rclpy.shutdown(context=self._context)
 
 
-@pytest.fixture
-def source(domain: dict[str, str]) -> Iterator[Source]:
+@contextmanager
+def monitored(domain: dict[str, str]) -> Iterator[Source]:
+    """Start a monitor and give what talks to it, once it listens."""
     process = subprocess.Popen(
         [sys.executable, '-m', 'vibration_monitor.node'], env=domain, stdin=subprocess.DEVNULL
     )
@@ -93,6 +96,26 @@ def source(domain: dict[str, str]) -> Iterator[Source]:
     finally:
         process.terminate()
         assert process.wait(20) == 0
+
+
+@pytest.fixture
+def source(domain: dict[str, str]) -> Iterator[Source]:
+    with monitored(domain) as source:
+        yield source
+
+
+def test_a_monitor_that_listens_has_nothing_left_to_compile(
+    domain: dict[str, str], tmp_path: Path
+) -> None:
+    # the first window would take 10 s, in which a run in real time loses samples
+    cache = tmp_path / 'cache'
+    with monitored({**domain, 'NUMBA_CACHE_DIR': str(cache)}) as source:
+        before = set(cache.rglob('*.nbc'))
+        assert any('windowed_sums' in path.name for path in before)
+        for number in range(100):
+            source.send(number)
+        source.wait_for(lambda: any(int(each[2]['windows [1]']) for each in source.reports()))
+        assert set(cache.rglob('*.nbc')) == before
 
 
 def test_lost_and_bad_blocks_are_counted_and_silence_is_reported(source: Source) -> None:

@@ -132,9 +132,9 @@ class Analyser:
         """
         inside = window.signals[:, window.inside]
         alive = np.isfinite(window.signals).all(axis=1) & (inside.max(axis=1) > inside.min(axis=1))
-        if not alive.all():
-            signals = np.where(alive[:, np.newaxis], window.signals, 0.0)
-            window = dataclasses.replace(window, signals=signals)
+        # always a copy: of an array in another form the sums would be compiled anew, for 10 s
+        signals = np.where(alive[:, np.newaxis], window.signals, 0.0)
+        window = dataclasses.replace(window, signals=signals)
         speed_rad_s = mean_speed(window)
         load = _load_values(window)
         vectors = tracked_vectors(window, self._orders)

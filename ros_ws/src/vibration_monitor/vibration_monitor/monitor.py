@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.waveform import WaveformBlock
+from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.buffer import SampleBuffer
 from vibration_monitor.clock import BlockClock, whole_rate
 from vibration_monitor.config import MonitorConfig
@@ -33,6 +33,9 @@ MAX_WINDOW_SAMPLES = 1 << 20
 
 MAX_INVALID_RECORDS = 1000
 """A gap that swallows more windows than this yields so many records; the rest is counted."""
+
+_TRIAL_RATE_HZ, _TRIAL_SAMPLES = 10_240, 128
+"""Sampling of the made-up flight of `prepare`, the second in samples a revolution."""
 
 ANGLE_MISSING = 'the shaft angle is missing'
 ANGLE_UNSTEADY = 'the shaft angle does not rise steadily'
@@ -110,6 +113,22 @@ class VibrationMonitor:
         """The whole revolution that follows the last angle."""
         self._keyphasor: KeyphasorAngle | None = None
         self._source = 'none'
+
+    def prepare(self) -> None:
+        """Load what the first window needs, or compile it, on a made-up flight; nothing is kept.
+
+        Takes 1 s, and 10 s in the first process of an installation. Without it the first window
+        takes so long, and a stream in real time does not wait.
+        """
+        trial = VibrationMonitor(self.config)
+        turns = self.config.window_revolutions + self.config.hop_revolutions + 1
+        sample = np.arange(_TRIAL_SAMPLES * turns)
+        rows = np.zeros(len(sample), WAVEFORM_DTYPE)
+        rows['sample'], rows['time'] = sample, sample / _TRIAL_RATE_HZ
+        rows['angle'] = 2.0 * math.pi / _TRIAL_SAMPLES * sample
+        for column in CHANNEL_COLUMNS:
+            rows[column] = np.cos(rows['angle'])
+        trial.push(WaveformBlock(0, rows))
 
     def push(self, block: WaveformBlock) -> list[IndicatorRecord]:
         """Take the next block; return the records of the windows that it completes or breaks.

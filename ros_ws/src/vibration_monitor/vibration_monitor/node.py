@@ -36,6 +36,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         )
         config = ros.declare_model(self, MonitorConfig.from_json(text or '{}'))
         self._monitor = VibrationMonitor(config)
+        self._monitor.prepare()
         self._messages = MonitorMessages(ROS)
         self._refused_blocks = 0
         self._diagnostic_second = -1
