@@ -20,7 +20,7 @@ from vibration_monitor.reading import UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
-from vibration_monitor.view.screenshot import Page
+from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
 
 BATCH_S = 1.0
@@ -43,7 +43,8 @@ def view_recording(
             replaced if it exists. With both, both are written.
 
     Returns:
-        One sentence for each thing that the recording lost or that could not be shown.
+        One sentence for each thing that the recording lost or that could not be shown, and for
+        each viewer that crashed while it drew and was started again.
 
     Raises:
         RecordingError: nothing there to read.
@@ -60,10 +61,9 @@ def view_recording(
         file = Path(folder) / 'view.rrd'
         damage = convert(recording, file)
         if screenshot is not None:
-            with Page(file) as page:
-                picture = Path(folder) / 'view.png'
-                picture.write_bytes(page.whole())
-                _put(picture, screenshot)
+            picture = Path(folder) / 'view.png'
+            picture.write_bytes(whole_page(file, damage.append))
+            _put(picture, screenshot)
         if save is not None:
             _put(file, save)
         if save is None and screenshot is None:

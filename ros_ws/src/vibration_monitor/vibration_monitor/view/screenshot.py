@@ -3,18 +3,25 @@
 """Pictures of a view without a screen."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Self
+from typing import TypeVar
 
 from rerun.experimental import ViewerClient
 
 from vibration_monitor.view import viewer
+
+Pictures = TypeVar('Pictures')
 
 SIZE = (1600, 1000)
 """Pixels of the whole page."""
 
 DRAWN_S = 120.0
 """A page that has not come to rest by then has failed; a quiet machine needs about 5 s."""
+
+VIEWERS = 3
+"""Viewers that are started before a page is given up, if each ends by itself: one has crashed
+while it drew with the software renderer, which the next did not."""
 
 _NO_ANSWER = (RuntimeError, OSError)
 """What rerun raises when its viewer does not answer within 15 s."""
@@ -23,57 +30,76 @@ _PAUSE_S = 0.2
 _EQUAL_PICTURES = 3
 
 
-class Page:
-    """A recording (.rrd) drawn without a screen; a context that holds the viewer.
+def whole_page(recording: Path, note: Callable[[str], None], size: tuple[int, int] = SIZE) -> bytes:
+    """Return the page of a recording (.rrd) as PNG, drawn without a screen.
+
+    Args:
+        recording: the rerun file.
+        note: told a sentence for every viewer that ended by itself and was started again.
+        size: pixels of the page, width and height.
 
     Raises:
         ViewError: no software renderer, no viewer, or a page that never comes to rest.
 
     """
+    return _draw(recording, note, size, _rested_page)
 
-    def __init__(self, recording: Path, size: tuple[int, int] = SIZE) -> None:
-        self._viewer = viewer.headless([str(recording)], size)
+
+def single_views(
+    recording: Path, note: Callable[[str], None], size: tuple[int, int] = SIZE
+) -> dict[str, bytes]:
+    """Return each view of a recording alone as PNG, by its name; otherwise as `whole_page`."""
+    return _draw(recording, note, size, _views_of_rested_page)
+
+
+def _draw(
+    recording: Path,
+    note: Callable[[str], None],
+    size: tuple[int, int],
+    draw: Callable[[viewer.Viewer, ViewerClient], Pictures],
+) -> Pictures:
+    """Return what `draw` gets from a viewer; one that ends by itself is started again."""
+    for _ in range(VIEWERS - 1):
         try:
-            self._client = ViewerClient.connect(self._viewer.url)
-            self._whole = self._wait_until_drawn()
-        except BaseException:
-            self._viewer.close()
-            raise
+            return _draw_once(recording, size, draw)
+        except viewer.ViewerEndedError as error:
+            note(f'{error}; it was started again')
+    return _draw_once(recording, size, draw)
 
-    def _wait_until_drawn(self) -> bytes:
-        """Return the page once everything is loaded and equal pictures follow each other."""
-        deadline = time.monotonic() + DRAWN_S
-        equal, last = 0, b''
-        while time.monotonic() < deadline and self._viewer.is_running():
-            try:
-                state = self._client.get_state()
-                picture = bytes(self._client.take_screenshot())
-            except _NO_ANSWER:
-                continue
-            loaded = not state.loading and any(r.current_time for r in state.recordings)
-            equal = equal + 1 if loaded and picture == last else 1
-            if equal >= _EQUAL_PICTURES:
-                return picture
-            last = picture
-            time.sleep(_PAUSE_S)
-        raise self._viewer.failure(f'did not finish drawing within {DRAWN_S:g} s')
 
-    def whole(self) -> bytes:
-        """Return the page as PNG."""
-        return self._whole
-
-    def views(self) -> dict[str, bytes]:
-        """Return each view alone as PNG, by its name."""
+def _draw_once(
+    recording: Path,
+    size: tuple[int, int],
+    draw: Callable[[viewer.Viewer, ViewerClient], Pictures],
+) -> Pictures:
+    with viewer.headless([str(recording)], size) as drawing:
         try:
-            return {
-                view.name: bytes(self._client.take_screenshot(view.view_id))
-                for view in self._client.get_state().views
-            }
+            return draw(drawing, ViewerClient.connect(drawing.url))
         except _NO_ANSWER:
-            raise self._viewer.failure('gave no picture of a view') from None
+            raise drawing.failure('gave no picture') from None
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self._viewer.close()
+def _rested_page(drawing: viewer.Viewer, client: ViewerClient) -> bytes:
+    """Return the page once everything is loaded and equal pictures follow each other."""
+    deadline = time.monotonic() + DRAWN_S
+    equal, last = 0, b''
+    while time.monotonic() < deadline and drawing.is_running():
+        try:
+            state = client.get_state()
+            picture = bytes(client.take_screenshot())
+        except _NO_ANSWER:
+            continue
+        loaded = not state.loading and any(r.current_time for r in state.recordings)
+        equal = equal + 1 if loaded and picture == last else 1
+        if equal >= _EQUAL_PICTURES:
+            return picture
+        last = picture
+        time.sleep(_PAUSE_S)
+    raise drawing.failure('did not finish drawing')
+
+
+def _views_of_rested_page(drawing: viewer.Viewer, client: ViewerClient) -> dict[str, bytes]:
+    _rested_page(drawing, client)
+    return {
+        view.name: bytes(client.take_screenshot(view.view_id)) for view in client.get_state().views
+    }

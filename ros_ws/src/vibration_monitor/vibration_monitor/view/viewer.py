@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Starting the rerun viewer: on this machine only, without usage reports, never hanging."""
 
+import contextlib
 import importlib.util
 import json
 import os
+import signal
 import socket
 import subprocess
 import tempfile
@@ -22,6 +24,12 @@ STOP_S = 5.0
 LAVAPIPE = Path('/usr/share/vulkan/icd.d')
 INSTALL = 'scripts/install_viewer_packages'
 
+_REMEDY = f'{INSTALL} installs what it needs'
+_CRASH_WORDS = ('panicked at', 'caught a signal')
+"""How the viewer begins its report of a crash, which ends with a stack and an address."""
+
+_ENDING_S = 1.0
+
 _SILENCE = {
     'RERUN_APP_ONLY': 'true',
     'ALL_PROXY': 'http://127.0.0.1:9',  # its question for a newer version ends here, unanswered
@@ -30,6 +38,10 @@ _SILENCE = {
 
 class ViewError(RigError):
     """A view that cannot be shown or drawn; one sentence says why and what to do."""
+
+
+class ViewerEndedError(ViewError):
+    """A viewer that ended by itself, such as by a crash; another one may well not."""
 
 
 class Viewer:
@@ -85,12 +97,23 @@ class Viewer:
         raise self.failure('did not start')
 
     def failure(self, what: str) -> ViewError:
-        """Return the error for a viewer that failed, with the last line it wrote."""
-        lines = self._words.read_text(errors='replace').split('\n')
-        last = next((line for line in reversed(lines) if line.strip()), 'it said nothing')
-        return ViewError(
-            f'the rerun viewer {what} ({last.strip()[:200]}); {INSTALL} installs what it needs'
-        )
+        """Return the error for a viewer that failed, with the most telling line it wrote.
+
+        It is a `ViewerEndedError`, with all the viewer wrote as a note, if the viewer is gone.
+        """
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_ENDING_S)  # a crash cuts the connection before the process ends
+        words = self._words.read_text(errors='replace')
+        lines = [line.strip() for line in words.split('\n') if line.strip()]
+        crash = [line for line in lines if any(word in line for word in _CRASH_WORDS)]
+        telling = (crash or lines[-1:] or ['it said nothing'])[0][:200]
+        code = self._process.poll()
+        if code is None:
+            return ViewError(f'the rerun viewer {what} ({telling}); {_REMEDY}')
+        ended = f'ended by {signal.Signals(-code).name}' if code < 0 else f'ended with code {code}'
+        error = ViewerEndedError(f'the rerun viewer {what}: it {ended} ({telling}); {_REMEDY}')
+        error.add_note(words)
+        return error
 
     def is_running(self) -> bool:
         """Say whether the viewer is still there (a user may close its window)."""
