@@ -122,7 +122,7 @@ class Viewer:
     def wait(self) -> None:
         """Wait until the user closes the window; raises ViewError where it failed instead."""
         if self._process.wait() != 0:
-            raise self.failure('ended with an error')
+            raise self.failure('failed')
 
     def leave_open(self) -> None:
         """Leave the window to the user: neither `close` nor the end of this process ends it."""
