@@ -25,6 +25,7 @@ REFUSED = [
     ('crack_stiffness_ratio', 0.9, '0.5'),
     ('speed_target_rad_s', 1000.0, 'highest_rad_s'),
 ]
+"""Name, value and a part of the reason."""
 
 
 def set_parameters(values: list[tuple[str, float]]) -> list[Any]:

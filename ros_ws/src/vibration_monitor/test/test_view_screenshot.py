@@ -2,8 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures made without a screen: every view has drawn something, and the check can fail."""
 
+import os
+import re
+import signal
+import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import psutil  # type: ignore[import-untyped]
 import pytest
 from PIL import Image
 
@@ -58,48 +64,67 @@ def test_each_empty_view_fails_the_check(tmp_path: Path) -> None:
     assert set(lacking) == set(EXPECTED) - fed_by_the_waveform
 
 
-def crash_at_first(folder: Path, monkeypatch: pytest.MonkeyPatch, crashes: int) -> None:
-    """Let the viewer's binary be a script whose first starts crash in the middle of drawing."""
-    program, count = folder / 'viewer', folder / 'starts'
-    program.write_text(
-        f'#!/bin/sh\n'
-        f'echo start >>{count}\n'
-        f'[ $(wc -l <{count}) -gt {crashes} ] && exec {viewer._executable()} "$@"\n'
-        f'{viewer._executable()} "$@" & sleep 1; kill -SEGV $!; wait $!\n'
-    )
-    program.chmod(0o700)
-    monkeypatch.setattr(viewer, '_executable', lambda: str(program))
+Crash = Callable[[int], list[int]]
 
 
-def test_a_viewer_that_crashes_is_started_again_and_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def crash(monkeypatch: pytest.MonkeyPatch) -> Crash:
+    """Let so many of the next viewers crash as soon as they listen; returns the pids of all."""
+
+    def arrange(count: int) -> list[int]:
+        pids: list[int] = []
+        start = viewer.headless
+
+        def crashing(arguments: Sequence[str], size: tuple[int, int]) -> viewer.Viewer:
+            started = start(arguments, size)
+            pids.append(started._process.pid)
+            if len(pids) <= count:
+                os.kill(pids[-1], signal.SIGSEGV)
+            return started
+
+        monkeypatch.setattr(viewer, 'headless', crashing)
+        return pids
+
+    return arrange
+
+
+def test_a_viewer_that_crashes_is_started_again_and_said(tmp_path: Path, crash: Crash) -> None:
     path, picture = record(tmp_path), tmp_path / 'view.png'
-    crash_at_first(tmp_path, monkeypatch, VIEWERS - 1)
+    pids = crash(1)
     said = view_recording(path, screenshot=picture)
-    assert len(said) == VIEWERS - 1
-    for sentence in said:
-        assert 'ended with code 139 (Rerun caught a signal: SIGSEGV)' in sentence
-        assert sentence.endswith('it was started again')
+    assert len(said) == len(pids) - 1
+    assert re.fullmatch(
+        r'the rerun viewer .*: it ended by SIGSEGV \(Rerun caught a signal: SIGSEGV\); '
+        'it was started again',
+        said[0],
+    )
     with Image.open(picture) as image:
         assert image.size == SIZE
 
 
-def test_a_viewer_that_always_crashes_is_given_up_with_its_reason(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_viewers_that_always_crash_are_given_up_with_their_reason(
+    tmp_path: Path, crash: Crash, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = record(tmp_path)
-    crash_at_first(tmp_path, monkeypatch, VIEWERS)
-    with pytest.raises(ViewError, match='SIGSEGV') as caught:
+    temp = tmp_path / 'temp'
+    temp.mkdir()
+    monkeypatch.setattr(tempfile, 'tempdir', str(temp))
+    pids = crash(VIEWERS)
+    with pytest.raises(ViewError, match=r'SIGSEGV.*; so did 2 viewers before it') as caught:
         view_recording(path, screenshot=tmp_path / 'view.png')
-    assert any('install_signal_handler' in note for note in caught.value.__notes__)
+    assert caught.value.__cause__ is not None
+    assert 'install_signal_handler' in ''.join(caught.value.__cause__.__notes__)
+    assert len(pids) == VIEWERS
+    assert not any(psutil.pid_exists(pid) for pid in pids)
+    assert list(temp.iterdir()) == []
     assert not (tmp_path / 'view.png').exists()
 
 
 def test_the_command_makes_a_picture_and_a_file(tmp_path: Path) -> None:
     path = record(tmp_path)
     picture, file = tmp_path / 'view.png', tmp_path / 'view.rrd'
-    assert view_recording(path, save=file, screenshot=picture) == []
+    said = view_recording(path, save=file, screenshot=picture)
+    assert all('it was started again' in sentence for sentence in said)
     with Image.open(picture) as image:
         assert image.size == SIZE
     assert file.stat().st_size > 0

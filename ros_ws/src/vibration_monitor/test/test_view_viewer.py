@@ -77,6 +77,8 @@ def test_without_the_software_renderer_the_script_is_named(
 
 @pytest.mark.parametrize(('script', 'reason'), [
     ('echo no graphics >&2; exit 3', r'did not start: it ended with code 3 \(no graphics\)'),
+    ('kill -SEGV $$', r'did not start: it ended by SIGSEGV \(it said nothing\)'),
+    ('kill -63 $$', r'did not start: it ended by signal 63'),
     ('sleep 60', r'did not start \(it said nothing\)'),
 ])  # fmt: skip
 def test_a_viewer_that_does_not_start_is_one_sentence_and_leaves_nothing(

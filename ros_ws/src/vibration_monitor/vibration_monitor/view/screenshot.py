@@ -20,8 +20,8 @@ DRAWN_S = 120.0
 """A page that has not come to rest by then has failed; a quiet machine needs about 5 s."""
 
 VIEWERS = 3
-"""Viewers that are started before a page is given up, if each ends by itself: one has crashed
-while it drew with the software renderer, which the next did not."""
+"""Viewers that are started before a page is given up, if each ends by itself: a viewer that drew
+with the software renderer has crashed, and the next did not."""
 
 _NO_ANSWER = (RuntimeError, OSError)
 """What rerun raises when its viewer does not answer within 15 s."""
@@ -30,31 +30,31 @@ _PAUSE_S = 0.2
 _EQUAL_PICTURES = 3
 
 
-def whole_page(recording: Path, note: Callable[[str], None], size: tuple[int, int] = SIZE) -> bytes:
+def whole_page(recording: Path, warn: Callable[[str], None], size: tuple[int, int] = SIZE) -> bytes:
     """Return the page of a recording (.rrd) as PNG, drawn without a screen.
 
     Args:
         recording: the rerun file.
-        note: told a sentence for every viewer that ended by itself and was started again.
+        warn: told a sentence for every viewer that ended by itself and was started again.
         size: pixels of the page, width and height.
 
     Raises:
         ViewError: no software renderer, no viewer, or a page that never comes to rest.
 
     """
-    return _draw(recording, note, size, _rested_page)
+    return _draw(recording, warn, size, _rested_page)
 
 
 def single_views(
-    recording: Path, note: Callable[[str], None], size: tuple[int, int] = SIZE
+    recording: Path, warn: Callable[[str], None], size: tuple[int, int] = SIZE
 ) -> dict[str, bytes]:
     """Return each view of a recording alone as PNG, by its name; otherwise as `whole_page`."""
-    return _draw(recording, note, size, _views_of_rested_page)
+    return _draw(recording, warn, size, _views_of_rested_page)
 
 
 def _draw(
     recording: Path,
-    note: Callable[[str], None],
+    warn: Callable[[str], None],
     size: tuple[int, int],
     draw: Callable[[viewer.Viewer, ViewerClient], Pictures],
 ) -> Pictures:
@@ -63,8 +63,11 @@ def _draw(
         try:
             return _draw_once(recording, size, draw)
         except viewer.ViewerEndedError as error:
-            note(f'{error}; it was started again')
-    return _draw_once(recording, size, draw)
+            warn(f'{error}; it was started again')
+    try:
+        return _draw_once(recording, size, draw)
+    except viewer.ViewerEndedError as error:
+        raise viewer.ViewError(f'{error}; so did {VIEWERS - 1} viewers before it') from error
 
 
 def _draw_once(
@@ -95,7 +98,8 @@ def _rested_page(drawing: viewer.Viewer, client: ViewerClient) -> bytes:
             return picture
         last = picture
         time.sleep(_PAUSE_S)
-    raise drawing.failure('did not finish drawing')
+    in_time = f' within {DRAWN_S:g} s' if drawing.is_running() else ''
+    raise drawing.failure(f'did not finish drawing{in_time}')
 
 
 def _views_of_rested_page(drawing: viewer.Viewer, client: ViewerClient) -> dict[str, bytes]:

@@ -24,11 +24,11 @@ STOP_S = 5.0
 LAVAPIPE = Path('/usr/share/vulkan/icd.d')
 INSTALL = 'scripts/install_viewer_packages'
 
-_REMEDY = f'{INSTALL} installs what it needs'
 _CRASH_WORDS = ('panicked at', 'caught a signal')
 """How the viewer begins its report of a crash, which ends with a stack and an address."""
 
 _ENDING_S = 1.0
+"""A crash cuts the connection, by which it is noticed, so long before the process has ended."""
 
 _SILENCE = {
     'RERUN_APP_ONLY': 'true',
@@ -52,7 +52,7 @@ class Viewer:
     As a context it ends with the block; `leave_open` lets it outlive this process.
 
     Raises:
-        ViewError: it did not start within START_S; the sentence ends with its last words.
+        ViewError: it did not start within START_S; the sentence has its last words.
 
     """
 
@@ -97,21 +97,21 @@ class Viewer:
         raise self.failure('did not start')
 
     def failure(self, what: str) -> ViewError:
-        """Return the error for a viewer that failed, with the most telling line it wrote.
+        """Return the error for a viewer that failed: what, how it ended, its most telling line.
 
         It is a `ViewerEndedError`, with all the viewer wrote as a note, if the viewer is gone.
         """
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_ENDING_S)  # a crash cuts the connection before the process ends
+            self._process.wait(_ENDING_S)
         words = self._words.read_text(errors='replace')
         lines = [line.strip() for line in words.split('\n') if line.strip()]
         crash = [line for line in lines if any(word in line for word in _CRASH_WORDS)]
         telling = (crash or lines[-1:] or ['it said nothing'])[0][:200]
+        remedy = '' if crash else f'; {INSTALL} installs what it needs'
         code = self._process.poll()
         if code is None:
-            return ViewError(f'the rerun viewer {what} ({telling}); {_REMEDY}')
-        ended = f'ended by {signal.Signals(-code).name}' if code < 0 else f'ended with code {code}'
-        error = ViewerEndedError(f'the rerun viewer {what}: it {ended} ({telling}); {_REMEDY}')
+            return ViewError(f'the rerun viewer {what} ({telling}){remedy}')
+        error = ViewerEndedError(f'the rerun viewer {what}: {_ended(code)} ({telling}){remedy}')
         error.add_note(words)
         return error
 
@@ -149,6 +149,15 @@ class Viewer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _ended(code: int) -> str:
+    """Return how a process with this return code ended, in words."""
+    if code >= 0:
+        return f'it ended with code {code}'
+    with contextlib.suppress(ValueError):  # not every signal has a name
+        return f'it ended by {signal.Signals(-code).name}'
+    return f'it ended by signal {-code}'
 
 
 def require_screen() -> None:
