@@ -27,8 +27,8 @@ INSTALL = 'scripts/install_viewer_packages'
 _CRASH_WORDS = ('panicked at', 'caught a signal')
 """How the viewer begins its report of a crash, which ends with a stack and an address."""
 
-_ENDING_S = 1.0
-"""A crash cuts the connection, by which it is noticed, so long before the process has ended."""
+_ENDING_S = 5.0
+"""A crash cuts the connection, by which it is noticed, up to so long before the process ends."""
 
 _SILENCE = {
     'RERUN_APP_ONLY': 'true',
