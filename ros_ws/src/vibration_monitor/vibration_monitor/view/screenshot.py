@@ -30,52 +30,46 @@ _PAUSE_S = 0.2
 _EQUAL_PICTURES = 3
 
 
-def whole_page(recording: Path, warn: Callable[[str], None], size: tuple[int, int] = SIZE) -> bytes:
+def whole_page(recording: Path, warn: Callable[[str], None]) -> bytes:
     """Return the page of a recording (.rrd) as PNG, drawn without a screen.
 
     Args:
         recording: the rerun file.
         warn: told a sentence for every viewer that ended by itself and was started again.
-        size: pixels of the page, width and height.
 
     Raises:
         ViewError: no software renderer, no viewer, or a page that never comes to rest.
 
     """
-    return _draw(recording, warn, size, _rested_page)
+    return _draw(recording, warn, _rested_page)
 
 
-def single_views(
-    recording: Path, warn: Callable[[str], None], size: tuple[int, int] = SIZE
-) -> dict[str, bytes]:
+def single_views(recording: Path, warn: Callable[[str], None]) -> dict[str, bytes]:
     """Return each view of a recording alone as PNG, by its name; otherwise as `whole_page`."""
-    return _draw(recording, warn, size, _views_of_rested_page)
+    return _draw(recording, warn, _views_of_rested_page)
 
 
 def _draw(
     recording: Path,
     warn: Callable[[str], None],
-    size: tuple[int, int],
     draw: Callable[[viewer.Viewer, ViewerClient], Pictures],
 ) -> Pictures:
     """Return what `draw` gets from a viewer; one that ends by itself is started again."""
     for _ in range(VIEWERS - 1):
         try:
-            return _draw_once(recording, size, draw)
+            return _draw_once(recording, draw)
         except viewer.ViewerEndedError as error:
             warn(f'{error}; it was started again')
     try:
-        return _draw_once(recording, size, draw)
+        return _draw_once(recording, draw)
     except viewer.ViewerEndedError as error:
         raise viewer.ViewError(f'{error}; so did {VIEWERS - 1} viewers before it') from error
 
 
 def _draw_once(
-    recording: Path,
-    size: tuple[int, int],
-    draw: Callable[[viewer.Viewer, ViewerClient], Pictures],
+    recording: Path, draw: Callable[[viewer.Viewer, ViewerClient], Pictures]
 ) -> Pictures:
-    with viewer.headless([str(recording)], size) as drawing:
+    with viewer.headless([str(recording)], SIZE) as drawing:
         try:
             return draw(drawing, ViewerClient.connect(drawing.url))
         except _NO_ANSWER:
@@ -91,6 +85,7 @@ def _rested_page(drawing: viewer.Viewer, client: ViewerClient) -> bytes:
             state = client.get_state()
             picture = bytes(client.take_screenshot())
         except _NO_ANSWER:
+            time.sleep(_PAUSE_S)  # a viewer that is crashing refuses at once
             continue
         loaded = not state.loading and any(r.current_time for r in state.recordings)
         equal = equal + 1 if loaded and picture == last else 1
