@@ -77,10 +77,7 @@ def analyze_recording(path: Path) -> Analysis:
     records = []
     for window in analyze(recording, monitor):
         state.advance((window.stamp_ns - start_ns) * 1e-9)
-        state.take_indicators(dict(zip(window.names, window.values, strict=True)))
-        state.take_alarm(
-            int(window.alarm.level), '; '.join(window.alarm.reasons), state.simulated_s
-        )
+        state.take_record(window, state.simulated_s)
         records.append(window)
     if not monitor.status()['blocks [1]']:
         raise ScenarioError(f'{path} holds no rotor/waveform, so there is nothing to analyse')

@@ -154,12 +154,7 @@ def simulate(
             simulated_s = (step.block.first_sample + len(step.block.rows)) / plan.rate_hz
             state.advance(simulated_s)
             for window in step.records:
-                state.take_indicators(dict(zip(window.names, window.values, strict=True)))
-                state.take_alarm(
-                    int(window.alarm.level),
-                    '; '.join(window.alarm.reasons),
-                    (window.stamp_ns - plan.epoch_ns) * 1e-9,
-                )
+                state.take_record(window, (window.stamp_ns - plan.epoch_ns) * 1e-9)
             progress.update(task, completed=simulated_s)
     if as_json:
         _print_json({'scenario': plan.name, 'recording': str(out), **state.as_dict()})

@@ -13,9 +13,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
-SEVERITY = ('STALE', 'OK', 'WARN', 'ERROR')
-"""From knowing nothing to the worst."""
+from vibration_monitor.detection import CANNOT_JUDGE, Level
+from vibration_monitor.monitor import IndicatorRecord
+
+LEVELS = tuple(level.name for level in Level)
+WORDS = {level.name: level.name for level in Level} | {Level.STALE.name: CANNOT_JUDGE}
+"""What people read for a level."""
 
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
 SHOWN_CHANNEL = 'disk_z'
@@ -30,9 +33,22 @@ def shown_channel(indicators: Iterable[str]) -> str:
     return SHOWN_CHANNEL if SHOWN_CHANNEL in channels or not channels else channels[0]
 
 
+@dataclass(frozen=True)
+class Alarm:
+    """What one alarm said, and when: level, reasons and time belong to the same window."""
+
+    level: str
+    reasons: str
+    time_s: float
+
+
 @dataclass
 class RunState:
-    """The run as seen from outside, filled from the topics."""
+    """The run as seen from outside, filled from the topics.
+
+    `first_alarm` is the first WARN or ERROR, `worst_alarm` the first of the worst level; `doubt` is
+    the last reason why the monitor could not judge.
+    """
 
     duration_s: float
     simulated_s: float = 0.0
@@ -40,10 +56,12 @@ class RunState:
     amplitudes_m: dict[int, float] = field(default_factory=dict)
     level: str = 'STALE'
     reasons: str = ''
-    worst_level: str = 'STALE'
-    worst_reasons: str = 'the run ended before the first window of 64 revolutions'
-    first_alarm_s: float | None = None
+    first_alarm: Alarm | None = None
+    worst_alarm: Alarm | None = None
+    doubt: str = f'{CANNOT_JUDGE}: the run ended before the first window was complete'
+    was_ok: bool = False
     windows: int = 0
+    judged_windows: int = 0
     invalid_windows: int = 0
     lost_samples: dict[str, int] = field(default_factory=dict)
     late_blocks: int = 0
@@ -58,13 +76,24 @@ class RunState:
         self.simulated_s = max(self.simulated_s, simulated_s)
         self.wall_s = now - self._wall_start
 
+    def take_record(self, record: IndicatorRecord, time_s: float) -> None:
+        """Take what the monitor said of the window that ends at simulated time `time_s`."""
+        self.take_indicators(record.indicators())
+        self.judged_windows += record.alarm.level is not Level.STALE
+        self.take_alarm(int(record.alarm.level), '; '.join(record.alarm.reasons), time_s)
+
     def take_alarm(self, level: int, reasons: str, time_s: float) -> None:
-        """Take an alarm that was raised at simulated time `time_s`; remembers the worst."""
+        """Take an alarm of simulated time `time_s`; remembers the first and the worst."""
         self.level, self.reasons = LEVELS[level], reasons
-        if self.level in ('WARN', 'ERROR') and self.first_alarm_s is None:
-            self.first_alarm_s = time_s
-        if SEVERITY.index(self.level) >= SEVERITY.index(self.worst_level):
-            self.worst_level, self.worst_reasons = self.level, reasons
+        if self.level == 'OK':
+            self.was_ok = True
+        elif self.level == 'STALE':
+            self.doubt = reasons
+        else:
+            alarm = Alarm(self.level, reasons, time_s)
+            self.first_alarm = self.first_alarm or alarm
+            if self.worst_alarm is None or level > LEVELS.index(self.worst_alarm.level):
+                self.worst_alarm = alarm
 
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
@@ -86,26 +115,44 @@ class RunState:
         """Samples lost, the worst consumer counting."""
         return max(self.lost_samples.values(), default=0)
 
+    @property
+    def verdict(self) -> str:
+        """The worst level that was found; OK only where the monitor could say so."""
+        if self.worst_alarm is not None:
+            return self.worst_alarm.level
+        return 'OK' if self.was_ok else 'STALE'
+
     def conclusion(self) -> str:
         """Return in one sentence what the monitor concluded."""
-        judged = self.windows - self.invalid_windows
-        if self.worst_level == 'STALE':
-            return f'no conclusion from {judged} valid windows: {self.worst_reasons}'
-        if self.worst_level == 'OK':
-            return f'no alarm in {judged} windows'
-        return (
-            f'{self.worst_level}, first alarm at {self.first_alarm_s:.1f} s: {self.worst_reasons}'
-        )
+        if self.worst_alarm is not None and self.first_alarm is not None:
+            worst, first = self.worst_alarm, self.first_alarm
+            text = f'{worst.level} at {worst.time_s:.1f} s: {worst.reasons}'
+            if first.level == worst.level:
+                return text
+            return f'{text} (first alarm: {first.level} at {first.time_s:.1f} s)'
+        if not self.was_ok:
+            return f'{self.doubt} ({self.windows} windows)'
+        text = f'no alarm in {self.judged_windows} windows'
+        if others := self.windows - self.judged_windows:
+            text += f', {others} others could not be judged'
+        return f'{text}; at the end: {self.doubt}' if self.level == 'STALE' else text
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the summary for --json."""
+        """Return the summary for --json; STALE is `cannot judge`, with the reason."""
+        worst, first = self.worst_alarm, self.first_alarm
+        reasons = worst.reasons if worst else '' if self.was_ok else self.doubt
         return {
             'simulated_s': self.simulated_s,
             'real_time_factor': self.real_time_factor,
-            'worst_alarm': self.worst_level,
-            'alarm_reasons': self.worst_reasons,
-            'first_alarm_s': self.first_alarm_s,
+            'conclusion': self.conclusion(),
+            'worst_alarm': self.verdict,
+            'worst_alarm_s': worst.time_s if worst else None,
+            'alarm_reasons': reasons,
+            'first_alarm': first.level if first else None,
+            'first_alarm_s': first.time_s if first else None,
+            'first_alarm_reasons': first.reasons if first else '',
             'windows': self.windows,
+            'judged_windows': self.judged_windows,
             'invalid_windows': self.invalid_windows,
             'lost_samples': self.lost,
             'late_blocks': self.late_blocks,
@@ -155,7 +202,7 @@ class Display:
         return (
             f'{state.simulated_s:6.1f} s of {state.duration_s:g} s  n = {state.load_factor:5.2f}  '
             f'{state.real_time_factor:4.1f} x real time  {SHOWN_CHANNEL}: {self._amplitudes()}  '
-            f'{state.level}  lost {state.lost}'
+            f'{WORDS[state.level]}  lost {state.lost}'
         )
 
     def _table(self) -> Table:
@@ -166,6 +213,6 @@ class Display:
         table.add_row('load factor', f'{state.load_factor:+.2f}')
         table.add_row('real-time factor', f'{state.real_time_factor:.2f}')
         table.add_row(SHOWN_CHANNEL, self._amplitudes())
-        table.add_row('alarm', Text(state.level, COLOURS[state.level]), state.reasons)
+        table.add_row('alarm', Text(WORDS[state.level], COLOURS[state.level]), state.reasons)
         table.add_row('samples lost', str(state.lost))
         return table

@@ -85,6 +85,8 @@ class RunWatcher(Node):  # type: ignore[misc]
                     self._state.lost_samples[status.name] = int(value.value)
                 elif value.key == 'late blocks [1]':
                     self._state.late_blocks = int(value.value)
+                elif value.key == 'windows judged [1]':
+                    self._state.judged_windows = int(value.value)
 
 
 def run_live(

@@ -35,21 +35,24 @@ def levels(settings: AlarmConfig, values: list[float]) -> list[Level]:
         (1, 1, [10.0, 9.0, 8.0, 7.9, 0.9, 0.79], 'EEEWWO'),
         # straight to ERROR and straight back
         (1, 1, [0.0, 99.0, 0.0], 'OEO'),
+        # OK too takes N windows, and a gap of less than M does not take it away
+        (2, 3, [0.0, 0.0, NAN, NAN, 2.0, 0.0], 'SOOOOO'),
+        (2, 3, [0.0, 0.0, NAN, NAN, NAN, 0.0, 0.0], 'SOOOSSO'),
         # 2 of 3: one spike in any three windows is nothing
-        (2, 3, [2.0, 0.0, 0.0, 2.0, 0.0, 0.0], 'OOOOOO'),
-        (2, 3, [2.0, 0.0, 2.0, 0.0, 0.0], 'OOWOO'),
+        (2, 3, [2.0, 0.0, 0.0, 2.0, 0.0, 0.0], 'SSOOOO'),
+        (2, 3, [2.0, 0.0, 2.0, 0.0, 0.0], 'SSWOO'),
         # released by two low windows only
-        (2, 3, [2.0, 2.0, 0.0, 0.9, 0.9, 0.0, 0.9, 0.0], 'OWWWWWWO'),
+        (2, 3, [2.0, 2.0, 0.0, 0.9, 0.9, 0.0, 0.9, 0.0], 'SWWWWWWO'),
         # warnings and errors are counted apart: two high windows, one of them very high
-        (2, 3, [2.0, 20.0, 20.0], 'OWE'),
-        (3, 5, [20.0, 2.0, 20.0, 2.0, 20.0], 'OOWWE'),
+        (2, 3, [2.0, 20.0, 20.0], 'SWE'),
+        (3, 5, [20.0, 2.0, 20.0, 2.0, 20.0], 'SSWWE'),
         # NaN counts as neither, takes a place, and alone is STALE
         (1, 1, [NAN, 0.0, NAN, 2.0], 'SOSW'),
-        (2, 3, [2.0, NAN, 2.0], 'OOW'),
-        (2, 3, [2.0, NAN, NAN, 2.0], 'OOOO'),
-        (2, 3, [NAN, NAN, NAN, 0.0], 'SSSO'),
+        (2, 3, [2.0, NAN, 2.0], 'SSW'),
+        (2, 3, [2.0, NAN, NAN, 2.0], 'SSSS'),
+        (2, 3, [NAN, NAN, NAN, 0.0, 0.0], 'SSSSO'),
         # what was found comes back with the numbers, until they speak against it
-        (2, 3, [2.0, 2.0, NAN, NAN, NAN, 0.9, 0.0, 0.0], 'OWWWSWWO'),
+        (2, 3, [2.0, 2.0, NAN, NAN, NAN, 0.9, 0.0, 0.0], 'SWWWSWWO'),
     ],
 )
 def test_levels_by_hand(required: int, out_of: int, values: list[float], expected: str) -> None:
@@ -58,9 +61,8 @@ def test_levels_by_hand(required: int, out_of: int, values: list[float], expecte
 
 def test_before_the_first_window_nothing_is_known() -> None:
     state = RuleJudge(config(1, 1)).state
-    assert state == AlarmState.unknown()
     assert state.level is Level.STALE
-    assert state.reasons == ('no window has been judged yet',)
+    assert state.reasons == ('cannot judge: no window is complete yet',)
 
 
 def test_levels_have_the_numbers_of_diagnostic_status() -> None:
@@ -103,10 +105,15 @@ def test_reasons_name_value_limit_and_unit() -> None:
     assert state.reasons == (
         'disk_y/rms = 9e-07 m: WARN stays until 1 of 2 windows are below 8e-07 m',
     )
-    judge.update({NAME: 0.5})
-    state = judge.update({NAME: 0.5})
+    judge.update({NAME: 0.5, 'disk_y/rms': NAN})
+    state = judge.update({NAME: 0.5, 'disk_y/rms': NAN})
     assert state.level is Level.STALE
-    assert state.reasons == ('disk_y/rms has no valid value in the last 2 windows',)
+    assert '; '.join(state.reasons) == (
+        'cannot judge: disk_y/rms: no valid value in the last 2 windows; WARN was found before and '
+        'is not refuted'
+    )
+    state = judge.update({NAME: 0.5})
+    assert state.reasons[0].startswith('cannot judge: disk_y/rms: the stream does not have it')
     judge.update({NAME: 0.5, 'disk_y/rms': 0.0})
     state = judge.update({NAME: 0.5, 'disk_y/rms': 0.0})
     assert state == AlarmState(Level.OK)
@@ -126,13 +133,20 @@ def n_of_m(draw: st.DrawFn) -> AlarmConfig:
 def test_a_level_is_reached_only_by_n_of_the_last_m_windows(
     settings: AlarmConfig, values: list[float]
 ) -> None:
-    before = Level.OK
+    before, vouched = Level.OK, False
     for index, level in enumerate(levels(settings, values)):
         last = values[max(0, index + 1 - settings.out_of) : index + 1]
         numbers = [value for value in last if not math.isnan(value)]
-        assert (level is Level.STALE) is (not numbers)
-        if level is Level.STALE:
+        if not numbers:
+            assert level is Level.STALE
+            vouched = False
             continue
+        vouched |= sum(value < 1.0 for value in numbers) >= settings.required
+        if level is Level.STALE:
+            assert not vouched
+            level = Level.OK  # noqa: PLW2901 - without a finding, which is what follows
+        elif level is Level.OK:
+            assert vouched
         for limit, reached in ((1.0, Level.WARN), (10.0, Level.ERROR)):
             high = sum(value >= limit for value in numbers)
             low = sum(value < settings.release_ratio * limit for value in numbers)
@@ -162,4 +176,34 @@ def test_a_single_spike_never_alarms(
 ) -> None:
     place = data.draw(st.integers(0, len(values) - 1))
     values[place] = 1e9
-    assert set(levels(config(required, 6), values)) == {Level.OK}
+    found = levels(config(required, 6), values)
+    assert set(found) <= {Level.OK, Level.STALE}
+    assert found[-1] is (Level.OK if len(values) > required else Level.STALE)
+
+
+@settings(deadline=None)
+@given(n_of_m(), st.lists(st.tuples(st.floats(0.0, 30.0), st.booleans()), max_size=40))
+def test_a_doubt_silences_the_all_clear_and_nothing_else(
+    settings: AlarmConfig, windows: list[tuple[float, bool]]
+) -> None:
+    judge = RuleJudge(settings)
+    found = [
+        judge.update({NAME: value}, {NAME: 'no test signal'} if doubted else {})
+        for value, doubted in windows
+    ]
+    heard = [NAN if doubted and value < 1.0 else value for value, doubted in windows]
+    assert [state.level for state in found] == levels(settings, heard)
+    for state, (value, doubted) in zip(found, windows, strict=True):
+        if state.level is Level.STALE and settings.out_of == 1 and doubted and value < 1.0:
+            assert state.reasons[0].startswith(f'cannot judge: {NAME}: no test signal')
+
+
+def test_doubt_alone_never_gives_ok() -> None:
+    judge = RuleJudge(config(3, 5))
+    for _ in range(20):
+        state = judge.update({NAME: 0.0}, {NAME: 'the load has not changed'})
+        assert state.level is Level.STALE
+        assert state.reasons == (f'cannot judge: {NAME}: the load has not changed',)
+    # one number is not yet an all-clear
+    state = judge.update({NAME: 0.0})
+    assert state.reasons == (f'cannot judge: {NAME}: 1 of the 3 windows that it takes',)

@@ -346,9 +346,9 @@ def test_the_alarm_follows_the_windows_and_goes_stale_without_them() -> None:
     rule = AlarmRule(indicator='disk_z/ratio_2_1', warn=0.1, error=0.5)
     config = MonitorConfig(alarm=AlarmConfig(rules=(rule,), required=2, out_of=3))
     monitor = VibrationMonitor(config)
-    assert monitor.alarm == AlarmState.unknown()
+    assert monitor.alarm == AlarmState.cannot_judge('no window is complete yet')
     records = run(monitor, blocks(rows, 256))
-    assert [record.alarm.level for record in records[:3]] == [Level.OK, Level.ERROR, Level.ERROR]
+    assert [record.alarm.level for record in records[:3]] == [Level.STALE, Level.ERROR, Level.ERROR]
     assert 'disk_z/ratio_2_1 = 0.9' in records[1].alarm.reasons[0]
     assert monitor.alarm == records[-1].alarm
     # the encoder fails: nothing is judged any more, and the alarm says so once 64 + 3 * 16

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vibration_monitor.crack import CrackEstimate, CrackEstimator, CrackFindings
+from vibration_monitor.crack import CrackEstimate, CrackEstimator
 from vibration_monitor.crack_baseline import learn_baseline
 from vibration_monitor.crack_model import (
     ORBIT_ORDERS,
@@ -268,6 +268,60 @@ def test_noise_in_level_flight_is_no_evidence(seed: int) -> None:
         assert not following.update(window).by_load.lowest > 0.0
 
 
+def doubts(flight: list[CrackWindow]) -> list[str]:
+    """Return of each window why the estimate cannot call the shaft sound."""
+    following = estimator(CONFIG)
+    return [following.update(window).doubt for window in flight]
+
+
+@settings(deadline=None, max_examples=10)
+@given(
+    ratio=st.floats(0.0, 0.3),
+    speed=st.floats(200.0, 640.0),
+    load=st.floats(-2.0, 9.0),
+    noise=st.sampled_from([0.0, 1e-8, 1e-7]),
+    misalignment=st.complex_numbers(max_magnitude=2e-6),
+    seed=st.integers(0, 1000),
+)
+def test_a_load_that_stays_never_vouches_for_a_sound_shaft(
+    ratio: float, speed: float, load: float, noise: float, misalignment: complex, seed: int
+) -> None:
+    flight = windows(ratio=ratio, loads=[load], speeds=[speed], noise=noise,
+                     misalignment=misalignment, seed=seed)  # fmt: skip
+    said = doubts(flight)
+    assert all(said)
+    assert said[-1] == 'the load has not changed by 0.079 g in the last minute'
+
+
+def test_a_load_that_changes_vouches_for_a_sound_shaft_and_no_other() -> None:
+    for seed in range(6):
+        settled = doubts(windows(noise=3e-8, misalignment=1e-6, runout=1e-6, seed=seed))
+        # 10 s and 160 revolutions of windows of 0.57 s and 32 revolutions
+        assert all(settled[:21])
+        assert not any(settled[21:])
+        for ratio in (0.06, 0.3):
+            cracked = doubts(windows(ratio=ratio, noise=3e-8, seed=seed))
+            assert all(cracked)
+            assert 'is not ruled out' in cracked[-1]
+
+
+def test_noise_that_hides_a_crack_does_not_vouch_for_a_sound_shaft() -> None:
+    small, large = (
+        doubts(windows(loads=[1.0, 1.3], noise=noise, seed=3))[-1] for noise in (1e-8, 5e-7)
+    )
+    assert small == ''
+    assert 'is not ruled out' in large
+
+
+def test_the_load_that_is_asked_for_is_that_of_the_rotor() -> None:
+    # half the critical speed: four times the bend of each g, so a quarter of the change does
+    soft = CrackConfig(rigid_critical_speed_rad_s=0.5 * CONFIG.rigid_critical_speed_rad_s)
+    following = CrackEstimator(soft, window_revolutions=32, hop_revolutions=32)
+    flight = windows(loads=[1.0], speeds=(150.0,), rigid=soft.rigid_critical_speed_rad_s)
+    said = [following.update(window).doubt for window in flight]
+    assert said[-1] == 'the load has not changed by 0.02 g in the last minute'
+
+
 def test_growth_is_followed_with_the_memory() -> None:
     following = estimator(CONFIG)
     for step in range(10):
@@ -281,7 +335,9 @@ def test_nothing_is_said_early_and_without_a_probe() -> None:
     first = windows(ratio=0.1)[0]
     assert math.isnan(following.update(first).by_load.ratio)
     broken = CrackWindow(352.0, 0.57, np.full(6, math.nan), first.vectors, first.ball_pass)
-    assert following.update(broken) == CrackFindings()
+    silent = following.update(broken)
+    assert math.isnan(silent.by_load.ratio)
+    assert silent.doubt == 'no valid value of disk_y, disk_z, brg1_y, brg1_z, brg2_y, brg2_z'
     with pytest.raises(MonitorError, match='disk_y'):
         learn_baseline([broken], CONFIG, BALL_PASS)
     # an order that the samples do not resolve is NaN: no stiffness can come from it

@@ -22,6 +22,7 @@ import numpy as np
 from vibration_monitor.crack_model import (
     BETAS_RAD,
     CRACK_ORDERS,
+    GRAVITY_M_S2,
     NOISE_M,
     Complex,
     CrackConfig,
@@ -40,6 +41,9 @@ _LEAST_ERROR_M = 1e-10
 
 _LEAST_CHANGE_M = 1e-6
 """RMS by which the static bend must change, 0.08 g: in steady flight q and p share their noise."""
+
+_LARGEST_UNSEEN_RATIO = 0.05
+"""A shaft is called sound only where a crack of this K is ruled out."""
 
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
@@ -87,15 +91,17 @@ class CrackEstimate:
 
     `lowest` is what K is at least (4 standard errors, the lesser of both orders); negative where
     there is no evidence. A probe that reads too much makes both too small by its share. `angle_rad`
-    is the crack's axis from the mark of angle 0 (beta).
+    is the crack's axis from the mark of angle 0 (beta). `resolution` is 4 standard errors of the
+    order that says less, so K may be as large as ratio + resolution.
     """
 
     ratio: float
     lowest: float
     angle_rad: float
+    resolution: float
 
 
-UNKNOWN = CrackEstimate(math.nan, math.nan, math.nan)
+UNKNOWN = CrackEstimate(math.nan, math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -103,11 +109,13 @@ class CrackFindings:
     """What speaks for a crack: the change with the load, and the difference from the reference.
 
     The second works in level flight but is fooled by whatever changes 2x and 3x at once, such as a
-    scratch under a probe or a new gain of one; it is UNKNOWN without a baseline.
+    scratch under a probe or a new gain of one; it is UNKNOWN without a baseline. `doubt` says why
+    `by_load` cannot vouch for a sound shaft; empty where it can.
     """
 
     by_load: CrackEstimate = UNKNOWN
     by_reference: CrackEstimate = UNKNOWN
+    doubt: str = ''
 
 
 class CrackEstimator:
@@ -139,11 +147,14 @@ class CrackEstimator:
     def update(self, window: CrackWindow) -> CrackFindings:
         """Take the next window; return what is known now, nothing where a probe said nothing."""
         self._age(window.step_s)
-        if not window.is_complete():
-            return CrackFindings()
+        if silent := window.silent_probes():
+            return CrackFindings(doubt=f'no valid value of {", ".join(silent)}')
         self._add(window)
         if self._time_s < self.config.settle_s:
-            return CrackFindings()
+            return CrackFindings(
+                doubt=f'the crack estimate has had {self._time_s:.1f} s of the '
+                f'{self.config.settle_s:g} s that it needs to settle'
+            )
         self._recent.append((self._time_s, self._judge()))
         return self._least()
 
@@ -171,19 +182,38 @@ class CrackEstimator:
     def _judge(self) -> CrackFindings:
         both = [fit.judge(self._inflation) for fit in self._by_load.values()]
         by_load = max(both, key=lambda estimate: estimate.lowest)
-        if self._constant is None:
-            return CrackFindings(by_load)
-        return CrackFindings(by_load, self._by_reference.judge(self._inflation))
+        by_reference = UNKNOWN
+        if self._constant is not None:
+            by_reference = self._by_reference.judge(self._inflation)
+        return CrackFindings(by_load, by_reference, self._doubt(by_load))
+
+    def _doubt(self, by_load: CrackEstimate) -> str:
+        """Return why the change with the load cannot vouch for a sound shaft, '' where it can."""
+        if all(fit.bend_change_m() < _LEAST_CHANGE_M for fit in self._by_load.values()):
+            # the static bend is 2 g/W for each unit of load factor
+            load_factor = 0.5 * _LEAST_CHANGE_M * float(np.mean(self._rigid)) / GRAVITY_M_S2
+            memory_s = self.config.memory_s
+            span = 'minute' if memory_s == 60.0 else f'{memory_s:g} s'
+            return f'the load has not changed by {load_factor:.2g} g in the last {span}'
+        largest = by_load.ratio + by_load.resolution
+        if largest > _LARGEST_UNSEEN_RATIO:
+            return f'a crack of up to K = {largest:.2g} is not ruled out'
+        return ''
 
     def _least(self) -> CrackFindings:
         while self._time_s - self._recent[0][0] > 0.5 * self.config.memory_s:
             self._recent.popleft()
-        if len(self._recent) < (self._recent.maxlen or 1):
-            return CrackFindings()
+        needed = self._recent.maxlen or 1
+        if len(self._recent) < needed:
+            return CrackFindings(
+                doubt=f'the crack estimate has {len(self._recent)} of the {needed} windows '
+                f'({_PERSISTENCE_REVOLUTIONS} revolutions) that it needs'
+            )
         findings = [finding for _, finding in self._recent]
         return CrackFindings(
             min((each.by_load for each in findings), key=_lowest),
             min((each.by_reference for each in findings), key=_lowest),
+            next((each.doubt for each in reversed(findings) if each.doubt), ''),
         )
 
 
@@ -298,12 +328,12 @@ class _LoadFit:
             explained = np.einsum('oi,obi->ob', gain_load, of_load) + ratio**2 * left
             variance = products.variance(power[:, None] - explained, inflation)
         found = _best(ratio, ratio - _CERTAINTY * np.sqrt(variance / left))
-        if self._bend_change_m() < _LEAST_CHANGE_M:
+        if self.bend_change_m() < _LEAST_CHANGE_M:
             return replace(found, lowest=min(found.lowest, 0.0))
         return found
 
-    def _bend_change_m(self) -> float:
-        """Return by how much the static bend changes, RMS."""
+    def bend_change_m(self) -> float:
+        """Return by how much the static bend changes in the memory, RMS in m."""
         count = self._products.windows
         total, square = self._bends
         return math.sqrt(max(abs(square) / count - abs(total / count) ** 2, 0.0))
@@ -340,4 +370,5 @@ def _best(ratio: Real, lowest: Real) -> CrackEstimate:
         ratio=float(ratio[:, best].min()),
         lowest=float(here),
         angle_rad=math.remainder(float(angle), 2.0 * math.pi),
+        resolution=float((ratio - lowest)[:, best].max()),
     )

@@ -49,6 +49,9 @@ _FORWARD = np.array([0.5, 0.5j])
 
 _SPEED_SCALE_RAD_S = 400.0
 
+GRAVITY_M_S2 = 9.81
+"""As the paper rounds it: load factor 1 = 9.81 m/s^2 along +y."""
+
 NOISE_M, RELATIVE_ERROR = 1e-8, 0.02
 """Errors of q_n: the probes' noise in a window, and what transients make of it."""
 
@@ -172,9 +175,14 @@ class CrackWindow:
             ball_pass=np.array([vector(name, 'ball_pass') for name in PROBES]),
         )
 
+    def silent_probes(self) -> list[str]:
+        """Return the probes that lack their mean or a vector."""
+        told = np.isfinite(self.mean) & np.isfinite(self.vectors).all(axis=1)
+        return [name for name, ok in zip(PROBES, told.tolist(), strict=True) if not ok]
+
     def is_complete(self) -> bool:
         """Say whether all six probes told their mean and their vectors."""
-        return bool(np.isfinite(self.mean).all() and np.isfinite(self.vectors).all())
+        return not self.silent_probes()
 
 
 def drift_terms(window: CrackWindow) -> Real:

@@ -12,6 +12,9 @@ from typing import Self
 from vibration_monitor.config import AlarmConfig, AlarmRule
 from vibration_monitor.names import indicator_unit
 
+CANNOT_JUDGE = 'cannot judge'
+"""What people read for STALE."""
+
 
 class Level(enum.IntEnum):
     """Levels with the numbers of diagnostic_msgs/DiagnosticStatus."""
@@ -20,6 +23,7 @@ class Level(enum.IntEnum):
     WARN = 1
     ERROR = 2
     STALE = 3
+    """Cannot judge: there is no evidence for a fault, and none for a sound machine."""
 
 
 @dataclass(frozen=True)
@@ -30,28 +34,35 @@ class AlarmState:
     reasons: tuple[str, ...] = ()
 
     @classmethod
-    def unknown(cls) -> Self:
-        """Return the state before any window."""
-        return cls(Level.STALE, ('no window has been judged yet',))
+    def cannot_judge(cls, why: str) -> Self:
+        """Return the state of a monitor that cannot see, with the reason."""
+        return cls(Level.STALE, (f'{CANNOT_JUDGE}: {why}',))
 
 
 class RuleJudge:
     """Judges the rules of `config` window after window.
 
     A level is reached when N of the last M windows are at or above its limit, and left when N
-    of them are below release_ratio times the limit. A NaN speaks neither for nor against; a rule
-    without any number in M windows is STALE, and what it had found comes back with the numbers.
-    WARN or ERROR of one rule goes before STALE of another, STALE before OK.
+    of them are below release_ratio times the limit; a rule is OK once N of them were below WARN.
+    A NaN speaks neither for nor against, and nor does a value below the limits about which there
+    is a doubt: it cannot vouch for a sound machine. A rule for which nothing has spoken in M
+    windows is STALE, with the reason, and what it had found comes back with the numbers. WARN or
+    ERROR of one rule goes before STALE of another, STALE before OK.
     """
 
     def __init__(self, config: AlarmConfig) -> None:
         self._rules = [_RuleState(rule, config) for rule in config.rules]
-        self.state = AlarmState.unknown()
+        self.state = AlarmState.cannot_judge('no window is complete yet')
 
-    def update(self, indicators: Mapping[str, float]) -> AlarmState:
-        """Take the indicators of the next window (a missing one is NaN); return the state."""
+    def update(
+        self, indicators: Mapping[str, float], doubts: Mapping[str, str] | None = None
+    ) -> AlarmState:
+        """Take the indicators of the next window and what is to be doubted; return the state."""
         for rule in self._rules:
-            rule.update(indicators.get(rule.name, math.nan))
+            if rule.name in indicators:
+                rule.update(indicators[rule.name], (doubts or {}).get(rule.name, ''))
+            else:
+                rule.update(math.nan, 'the stream does not have it')
         levels = [rule.level() for rule in self._rules]
         found = [level for level in levels if level is not Level.STALE]
         worst = max(found, default=Level.STALE)
@@ -71,31 +82,45 @@ class _RuleState:
         self._config = config
         self._values: deque[float] = deque(maxlen=config.out_of)
         self._reached = dict.fromkeys(self._limits, False)
+        self._vouched = False
+        self._doubt = ''
 
-    def update(self, value: float) -> None:
-        self._values.append(value)
+    def update(self, value: float, doubt: str) -> None:
+        self._doubt = doubt
+        self._values.append(math.nan if doubt and value < self._limits[Level.WARN] else value)
         for level, limit in self._limits.items():
             if self._count_high(limit) >= self._config.required:
                 self._reached[level] = True
-            elif self._count_low(limit) >= self._config.required:
+            elif self._count_low(self._config.release_ratio * limit) >= self._config.required:
                 self._reached[level] = False
+        if self._count_low(self._limits[Level.WARN]) >= self._config.required:
+            self._vouched = True
+        elif self._is_silent():
+            self._vouched = False
+
+    def _is_silent(self) -> bool:
+        return all(math.isnan(value) for value in self._values)
 
     def _count_high(self, limit: float) -> int:
         return sum(value >= limit for value in self._values)
 
     def _count_low(self, limit: float) -> int:
-        return sum(value < self._config.release_ratio * limit for value in self._values)
+        return sum(value < limit for value in self._values)
+
+    def _found(self) -> Level | None:
+        """Return the highest level that has been reached and not left."""
+        return max((level for level in self._limits if self._reached[level]), default=None)
 
     def level(self) -> Level:
-        if all(math.isnan(value) for value in self._values):
+        if self._is_silent():
             return Level.STALE
-        return max((level for level in self._limits if self._reached[level]), default=Level.OK)
+        return self._found() or (Level.OK if self._vouched else Level.STALE)
 
     def reason(self) -> str:
         level = self.level()
         windows = len(self._values)
         if level is Level.STALE:
-            return f'{self.name} has no valid value in the last {windows} windows'
+            return self._why_stale()
         limit = self._limits[level]
         unit = indicator_unit(self.name)
         suffix = '' if unit == '1' else f' {unit}'
@@ -111,3 +136,12 @@ class _RuleState:
             f'{level.name} stays until {self._config.required} of {self._config.out_of} windows '
             f'are below {self._config.release_ratio * limit:.4g}{suffix}'
         )
+
+    def _why_stale(self) -> str:
+        numbers = sum(not math.isnan(value) for value in self._values)
+        why = self._doubt or f'no valid value in the last {len(self._values)} windows'
+        if numbers:
+            why = f'{numbers} of the {self._config.required} windows that it takes'
+        text = f'{CANNOT_JUDGE}: {self.name}: {why}'
+        found = self._found()
+        return f'{text}; {found.name} was found before and is not refuted' if found else text

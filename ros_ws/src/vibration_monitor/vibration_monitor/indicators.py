@@ -5,6 +5,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from rotor_interfaces.waveform import CHANNEL_COLUMNS
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack import CrackEstimator
-from vibration_monitor.crack_model import CrackWindow
+from vibration_monitor.crack_model import GRAVITY_M_S2, CrackWindow
 from vibration_monitor.envelope import envelope_spectrum
 from vibration_monitor.names import (
     CRACK_INDICATORS,
@@ -36,9 +37,6 @@ from vibration_monitor.trend import LoadTrend, overlap_inflation
 from vibration_monitor.vectors import highest_vector_order, order_vectors
 from vibration_monitor.whirl import forward_and_backward
 
-GRAVITY_M_S2 = 9.81
-"""As the paper rounds it: load factor 1 = 9.81 m/s^2 along +y."""
-
 Array = NDArray[np.float64]
 
 
@@ -59,6 +57,17 @@ class Window:
     load_y: Array
     inside: slice
     rate_hz: int
+
+
+class Findings(NamedTuple):
+    """What a window says: values in the order of `Analyser.names`, and the spectrum if wanted.
+
+    `doubts` says of an indicator why its value, or its lack, cannot vouch for a sound machine.
+    """
+
+    values: Array
+    spectrum: 'OrderSpectrum | None'
+    doubts: dict[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +133,8 @@ class Analyser:
             hop_revolutions=config.hop_revolutions,
         )
 
-    def analyse(self, window: Window) -> tuple[Array, OrderSpectrum | None]:
-        """Return the values of `names` and, if wanted, the order spectrum of a window.
+    def analyse(self, window: Window) -> Findings:
+        """Return the values of `names`, the doubts and, if wanted, the spectrum of a window.
 
         A channel with a NaN, or without any motion at all (a dead sensor), is NaN throughout; the
         others are untouched.
@@ -159,13 +168,14 @@ class Analyser:
             values += column
         for plane in self._planes:
             values += self._plane_values(plane, vectors)
+        doubts: dict[str, str] = {}
         if 'crack' in self._extras:
-            values[3:3] = self._crack_values(values, self._step_revolutions(window.start))
+            values[3:3], doubts = self._crack_values(values, self._step_revolutions(window.start))
         self._last_start = window.start
         spectrum = None
         if tracked is not None and 'spectrum' in self._extras:
             spectrum = self._spectrum(window, tracked, speed_rad_s)
-        return np.array(values), spectrum
+        return Findings(np.array(values), spectrum, doubts)
 
     def _extend_by_samples(
         self, columns: list[list[float]], signals: list[Array | None], rate_hz: int, speed: float
@@ -236,13 +246,22 @@ class Analyser:
             return self._config.hop_revolutions
         return start - self._last_start
 
-    def _crack_values(self, others: list[float], step_revolutions: int) -> list[float]:
-        """Return the indicators of the crack, which follow from all others."""
+    def _crack_values(
+        self, others: list[float], step_revolutions: int
+    ) -> tuple[list[float], dict[str, str]]:
+        """Return the indicators of the crack, which follow from all others, and their doubts."""
         names = (name for name in self.names if name not in CRACK_INDICATORS)
         known = dict(zip(names, others, strict=True))
         findings = self._crack.update(CrackWindow.of(known, step_revolutions))
         found = findings.by_load
-        return [found.ratio, found.lowest, found.angle_rad, findings.by_reference.lowest]
+        values = [found.ratio, found.lowest, found.angle_rad, findings.by_reference.lowest]
+        # the last one compares with reference flights, which does not need a changing load
+        doubts = dict.fromkeys(CRACK_INDICATORS[:-1], findings.doubt) if findings.doubt else {}
+        if math.isnan(values[-1]):
+            missing = 'there is no baseline to compare with (monitor.crack.baseline)'
+            has_baseline = self._config.crack.baseline is not None
+            doubts[CRACK_INDICATORS[-1]] = findings.doubt if has_baseline else missing
+        return values, doubts
 
     def _spectrum(self, window: Window, tracked: Array, speed_rad_s: float) -> OrderSpectrum:
         count = window.count

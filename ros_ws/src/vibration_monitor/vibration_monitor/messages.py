@@ -11,7 +11,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, MessageFactory
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import WaveformBlock, encode
-from vibration_monitor.detection import AlarmState, Level
+from vibration_monitor.detection import AlarmState
 from vibration_monitor.indicators import OrderSpectrum
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
@@ -46,7 +46,7 @@ class MonitorMessages:
 
     def of_silence(self, stamp_ns: int, text: str) -> Outgoing:
         """Return the alarm of a source that has fallen silent: nothing is known any more."""
-        return self._alarm_message(stamp_ns, AlarmState(Level.STALE, (text,)))
+        return self._alarm_message(stamp_ns, AlarmState.cannot_judge(text))
 
     def _window(self, record: IndicatorRecord) -> Iterator[Outgoing]:
         stamp = record.stamp_ns

@@ -10,7 +10,7 @@ joined. A speed that reverses is not supported: it makes windows invalid.
 import cmath
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +91,7 @@ class VibrationMonitor:
         self.config = config or MonitorConfig()
         self._continuity = SampleContinuity()
         self._counts = dict.fromkeys(
-            ('windows', 'invalid', 'skipped', 'blocks_without_angle', 'angle_faults'), 0
+            ('windows', 'judged', 'invalid', 'skipped', 'blocks_without_angle', 'angle_faults'), 0
         )
         self._pulses = PulseCounts()
         self._start_run()
@@ -228,7 +228,7 @@ class VibrationMonitor:
         if self._judge.state.level is Level.STALE or waited <= length * patience:
             return self._judge.state
         why = self._reason or 'the shaft has become too slow'
-        return AlarmState(Level.STALE, (f'no valid window in the last {waited} samples: {why}',))
+        return AlarmState.cannot_judge(f'no valid window in the last {waited} samples: {why}')
 
     def status(self) -> dict[str, int | str]:
         """Return the counters for /diagnostics, with units; they outlive a restart."""
@@ -238,6 +238,7 @@ class VibrationMonitor:
             'lost samples [1]': self._continuity.lost_samples,
             'restarts [1]': self._continuity.restarts,
             'windows [1]': self._counts['windows'],
+            'windows judged [1]': self._counts['judged'],
             'invalid windows [1]': self._counts['invalid'],
             'windows skipped in gaps [1]': self._counts['skipped'],
             'blocks without angle [1]': self._counts['blocks_without_angle'],
@@ -316,7 +317,7 @@ class VibrationMonitor:
             self._reason = f'the window holds more than {MAX_WINDOW_SAMPLES} samples'
             return self._invalid(window, last_sample, self._reason)
         used = rows[:, before : inside.stop + 1]
-        values, spectrum = self._analyser.analyse(
+        found = self._analyser.analyse(
             Window(
                 start=start,
                 count=self.config.window_revolutions,
@@ -334,8 +335,9 @@ class VibrationMonitor:
             first_sample=first_sample + inside.start,
             last_sample=last_sample,
             reason='',
-            values=values,
-            spectrum=spectrum,
+            values=found.values,
+            spectrum=found.spectrum,
+            doubts=found.doubts,
         )
 
     def _invalid(self, window: int, sample: int, reason: str) -> IndicatorRecord:
@@ -348,6 +350,7 @@ class VibrationMonitor:
             reason=reason,
             values=values,
             spectrum=None,
+            doubts=dict.fromkeys(self._names, reason),
         )
 
     def _record(
@@ -359,8 +362,11 @@ class VibrationMonitor:
         reason: str,
         values: NDArray[np.float64],
         spectrum: OrderSpectrum | None,
+        doubts: Mapping[str, str],
     ) -> IndicatorRecord:
+        alarm = self._judge.update(dict(zip(self._names, values.tolist(), strict=True)), doubts)
         self._counts['windows'] += 1
+        self._counts['judged'] += alarm.level is not Level.STALE
         return IndicatorRecord(
             window=window,
             first_sample=first_sample,
@@ -371,7 +377,7 @@ class VibrationMonitor:
             names=self._names,
             values=values,
             spectrum=spectrum,
-            alarm=self._judge.update(dict(zip(self._names, values.tolist(), strict=True))),
+            alarm=alarm,
         )
 
 
