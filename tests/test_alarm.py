@@ -47,12 +47,19 @@ def test_the_default_flight_alarms_with_a_crack_and_only_then(live: LiveRuns) ->
     said = re.search(r'after (\d+) s the monitor', (ROOT / 'README.md').read_text())
     assert said is not None
     assert int(said[1]) == round(found_s)
-    assert worst(live('climb_dive_healthy', '--rate', 0).folder) == 'OK'
+    sound = live('climb_dive_healthy', '--rate', 0)
+    assert worst(sound.folder) == 'OK'
+    # 46 windows: the estimate settles for 10 s and 160 revolutions, and 3 windows make a level
+    assert sound.summary['judged_windows'] == sound.summary['windows'] - 46
 
 
 @pytest.mark.slow
-def test_level_flight_of_a_sound_rotor_stays_ok(live: LiveRuns) -> None:
-    assert worst(live('level_healthy', '--rate', 0).folder) == 'OK'
+def test_level_flight_has_no_test_signal_and_is_not_called_ok(live: LiveRuns) -> None:
+    run = live('level_healthy', '--rate', 0)
+    assert {level for _, level in alarm_levels(run.folder)} == {'STALE'}
+    assert run.summary['worst_alarm'] == 'STALE'
+    assert run.summary['judged_windows'] == 0
+    assert 'the load has not changed by 0.079 g' in run.summary['conclusion']
 
 
 @pytest.mark.slow

@@ -252,13 +252,16 @@ def check_scenario(
     """Check a scenario without running it."""
     plan = load_scenario(file)
     if as_json:
-        _print_json({'scenario': plan.name, 'ok': True})
+        _print_json({'scenario': plan.name, 'ok': True, 'warnings': plan.warnings()})
     else:
+        _warn(plan.warnings())
         typer.echo(f'{plan.name}: good, {plan.duration_s:g} s')
 
 
 def _load(source: str, duration: float | None) -> Scenario:
-    return load_scenario(source, **({} if duration is None else {'duration_s': duration}))
+    plan = load_scenario(source, **({} if duration is None else {'duration_s': duration}))
+    _warn(plan.warnings())
+    return plan
 
 
 def _new_bag_folder(parent: Path, name: str) -> Path:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenario files: one YAML describes a run, live and offline alike."""
 
+import math
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
@@ -15,13 +16,17 @@ from maneuver_gen.config import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
 from rotor_bringup.errors import ScenarioError
 from rotor_interfaces.config import quantity
+from rotor_interfaces.errors import RigError
 from rotor_sim.config import RotorSimConfig
+from rotor_sim.parameters import RotorParameters
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
 
 DEFAULT_SCENARIO = 'climb_dive'
 LONGEST_BLOCK_S = 2.0
 OFFLINE_EPOCH_NS = 1_700_000_000_000_000_000
+ROUNDING = 1e-3
+"""A value of the monitor that differs from the rotor's by less was only rounded."""
 
 
 class Scenario(RotorSimConfig):
@@ -41,6 +46,14 @@ class Scenario(RotorSimConfig):
         default_factory=MonitorConfig, description='what the monitor computes and when it warns'
     )
 
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
+        """Return the scenario for plain data; what the monitor must know of the rotor is filled in.
+
+        Raises ConfigError for a key, type or value that is not allowed.
+        """
+        return super().from_mapping(_with_facts_of_the_rotor(data), where)
+
     @pydantic.model_validator(mode='after')
     def _flight_covers_the_run(self) -> Self:
         check_duration(self.maneuver, self.duration_s)
@@ -58,9 +71,54 @@ class Scenario(RotorSimConfig):
              if name in RotorSimConfig.model_fields}
         )  # fmt: skip
 
+    def warnings(self) -> list[str]:
+        """Return one sentence for each value of the monitor that contradicts the rotor."""
+        rotor = self.parameters()
+        return [
+            f'monitor.{prefix}{name} = {getattr(section, name):g} contradicts the rotor, which '
+            f'has {value:g}; leave it out unless the monitor is to be wrong'
+            for section, prefix, facts in (
+                (self.monitor.crack, 'crack.', _crack_facts(rotor)),
+                (self.monitor, '', _bearing_facts(rotor)),
+            )
+            for name, value in facts.items()
+            if not math.isclose(getattr(section, name), value, rel_tol=ROUNDING)
+        ]
+
     def plain(self) -> dict[str, Any]:
         """Return the scenario as plain data that makes an equal scenario again."""
         return self.model_dump(mode='json')
+
+
+def _with_facts_of_the_rotor(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return scenario data whose monitor has what the file leaves open and the rotor tells.
+
+    Data that are not allowed come back as they are: they are refused by their key afterwards.
+    """
+    monitor, variant = data.get('monitor', {}), data.get('variant', 'derived')
+    crack = monitor.get('crack', {}) if isinstance(monitor, Mapping) else None
+    if not isinstance(crack, Mapping) or not isinstance(variant, str):
+        return data
+    try:
+        rotor = RotorParameters.hou2016(variant, **data.get('rotor', {}))
+    except (RigError, TypeError):
+        return data
+    crack = _crack_facts(rotor) | dict(crack)
+    return {**data, 'monitor': _bearing_facts(rotor) | dict(monitor) | {'crack': crack}}
+
+
+def _crack_facts(rotor: RotorParameters) -> dict[str, float]:
+    """Return the values of `monitor.crack` that follow from the rotor."""
+    return {
+        'rigid_critical_speed_rad_s': rotor.critical_speed_rad_s,
+        'damping_ratio': rotor.damping_ratio,
+        'crack_half_angle_rad': rotor.crack_half_angle_rad,
+    }
+
+
+def _bearing_facts(rotor: RotorParameters) -> dict[str, float]:
+    """Return the values of `monitor` that follow from the bearings."""
+    return {'ball_pass_order': rotor.ball_pass_order, 'ball_count': rotor.ball_count}
 
 
 def shipped_scenarios() -> list[str]:

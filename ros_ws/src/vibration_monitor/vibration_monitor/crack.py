@@ -45,6 +45,12 @@ _LEAST_CHANGE_M = 1e-6
 _LARGEST_UNSEEN_RATIO = 0.05
 """A shaft is called sound only where a crack of this K is ruled out."""
 
+_HIGHEST_SPEED = 0.525
+"""Of the rigid critical speed: beyond, such a crack was missed with a bound that looked narrow."""
+
+_HIGHEST_ESTIMATE_SPEED = 0.6
+"""Beyond this part of it there is no estimate: at 0.8 a sound shaft had a bound of 0.03."""
+
 _RUNOUT_SPREAD_M = 5e-6
 """How large a runout may be: keeps the fit determined at constant speed."""
 
@@ -92,7 +98,7 @@ class CrackEstimate:
     `lowest` is what K is at least (4 standard errors, the lesser of both orders); negative where
     there is no evidence. A probe that reads too much makes both too small by its share. `angle_rad`
     is the crack's axis from the mark of angle 0 (beta). `resolution` is 4 standard errors of the
-    order that says less, so K may be as large as ratio + resolution.
+    order that says less.
     """
 
     ratio: float
@@ -149,13 +155,15 @@ class CrackEstimator:
         self._age(window.step_s)
         if silent := window.silent_probes():
             return CrackFindings(doubt=f'no valid value of {", ".join(silent)}')
+        if window.speed_rad_s > _HIGHEST_ESTIMATE_SPEED * self._rigid_rad_s():
+            return CrackFindings(doubt=self._too_fast(window.speed_rad_s))
         self._add(window)
         if self._time_s < self.config.settle_s:
             return CrackFindings(
                 doubt=f'the crack estimate has had {self._time_s:.1f} s of the '
                 f'{self.config.settle_s:g} s that it needs to settle'
             )
-        self._recent.append((self._time_s, self._judge()))
+        self._recent.append((self._time_s, self._judge(window.speed_rad_s)))
         return self._least()
 
     def _age(self, step_s: float) -> None:
@@ -179,26 +187,39 @@ class CrackEstimator:
             rest = found.loads - drift @ self._constant
             self._by_reference.add(rest, unit, found.weights)
 
-    def _judge(self) -> CrackFindings:
+    def _judge(self, speed_rad_s: float) -> CrackFindings:
         both = [fit.judge(self._inflation) for fit in self._by_load.values()]
         by_load = max(both, key=lambda estimate: estimate.lowest)
         by_reference = UNKNOWN
         if self._constant is not None:
             by_reference = self._by_reference.judge(self._inflation)
-        return CrackFindings(by_load, by_reference, self._doubt(by_load))
+        return CrackFindings(by_load, by_reference, self._doubt(by_load, speed_rad_s))
 
-    def _doubt(self, by_load: CrackEstimate) -> str:
+    def _doubt(self, by_load: CrackEstimate, speed_rad_s: float) -> str:
         """Return why the change with the load cannot vouch for a sound shaft, '' where it can."""
         if all(fit.bend_change_m() < _LEAST_CHANGE_M for fit in self._by_load.values()):
             # the static bend is 2 g/W for each unit of load factor
-            load_factor = 0.5 * _LEAST_CHANGE_M * float(np.mean(self._rigid)) / GRAVITY_M_S2
+            load_factor = 0.5 * _LEAST_CHANGE_M * self._rigid_rad_s() ** 2 / GRAVITY_M_S2
             memory_s = self.config.memory_s
             span = 'minute' if memory_s == 60.0 else f'{memory_s:g} s'
             return f'the load has not changed by {load_factor:.2g} g in the last {span}'
-        largest = by_load.ratio + by_load.resolution
+        if speed_rad_s > _HIGHEST_SPEED * self._rigid_rad_s():
+            return self._too_fast(speed_rad_s)
+        # twice: what the fit takes for a scale error of a probe makes a crack look that much smaller
+        largest = by_load.ratio + 2.0 * by_load.resolution
         if largest > _LARGEST_UNSEEN_RATIO:
             return f'a crack of up to K = {largest:.2g} is not ruled out'
         return ''
+
+    def _too_fast(self, speed_rad_s: float) -> str:
+        return (
+            f'at {speed_rad_s:.0f} rad/s a crack may be missed; the crack estimate can call a '
+            f'shaft sound up to {_HIGHEST_SPEED * self._rigid_rad_s():.0f} rad/s'
+        )
+
+    def _rigid_rad_s(self) -> float:
+        """Return the critical speed on rigid bearings, the mean of both directions."""
+        return math.sqrt(float(np.mean(self._rigid)))
 
     def _least(self) -> CrackFindings:
         while self._time_s - self._recent[0][0] > 0.5 * self.config.memory_s:
