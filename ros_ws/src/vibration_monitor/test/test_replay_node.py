@@ -123,7 +123,7 @@ def test_every_byte_comes_in_order_and_in_time(
     late_s = [block.at_s - (stamp_of(k) - EPOCH_NS) * 1e-9 / rate for k, block in enumerate(blocks)]
     assert min(late_s[count // 2 :]) == pytest.approx(min(late_s[: count // 2]), abs=0.4)
     assert listener.clock_ns == sorted(listener.clock_ns)
-    assert set(listener.clock_ns) <= {stamp_of(k) for k in range(count)}
+    assert {stamp_of(k) for k in range(count)} <= set(listener.clock_ns)
     assert listener.clock_ns[-1] == stamp_of(count - 1)
 
 
@@ -186,7 +186,8 @@ def test_a_loop_is_a_new_run_until_a_signal(
     assert all(config < first for config, first in zip(config_at, first_at, strict=True))
     falls = [b for a, b in zip(listener.clock_ns, listener.clock_ns[1:], strict=False) if b < a]
     assert len(falls) == len(config_at) - 1
-    assert set(falls) <= {EPOCH_NS + 100_000_000, *one_pass}
+    # a tick of the old pass may be lost on the way, but time never falls to before the start
+    assert all(EPOCH_NS + 100_000_000 <= fall <= one_pass[-1] for fall in falls)
 
 
 def test_chosen_topics_leave_room_for_a_live_monitor(
@@ -228,7 +229,7 @@ def test_a_type_that_is_not_installed_ends_in_one_sentence(
         writer.add_message(writer.register_channel('/thing', 'cdr', schema), 1, bytes(12), 1)
         writer.finish()  # type: ignore[no-untyped-call]
     with replaying(path, ros_environment) as child:
-        assert child.wait(30.0) == ExitCode.PROCESS_FAILED
+        assert child.wait(30.0) == ExitCode.BAD_INPUT
         said = child.communicate()[1].strip()
     assert said == (
         "error: /thing has type 'foreign_msgs/msg/Thing', which is not installed here; name the "
