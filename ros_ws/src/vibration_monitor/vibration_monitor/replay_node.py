@@ -80,6 +80,8 @@ class ReplayNode(Node):  # type: ignore[misc]
         self._left_out: Counter[str] = Counter()
         self._clock_ns = 0
         self._clock_s = 0.0
+        self._ticked_ns = 0
+        """The last tick that was of a message."""
         self._is_done = False
         ros.timer(self, TICK_S, self._tick)
 
@@ -126,8 +128,8 @@ class ReplayNode(Node):  # type: ignore[misc]
 
     def _start(self) -> None:
         """Begin a pass: first what a late subscriber would know, then the messages."""
-        self._clock_ns = -CLOCK_STEP_NS
-        self._publish_clock(self._begin_ns, time.monotonic())
+        self._clock_ns, self._ticked_ns = -1, -CLOCK_STEP_NS
+        self._tick_clock(self._begin_ns, time.monotonic())
         self.holes.clear()
         self._left_out.clear()
         for message in self._latched:
@@ -149,9 +151,9 @@ class ReplayNode(Node):  # type: ignore[misc]
             if late_s < 0.0:
                 if now_s - self._clock_s >= CLOCK_PERIOD_S:
                     ahead_ns = math.ceil(-late_s * self._options.rate * NANOSECONDS)
-                    self._publish_clock(message.log_time_ns - ahead_ns, now_s, step_ns=1)
+                    self._publish_clock(message.log_time_ns - ahead_ns, now_s)
                 return
-            self._publish_clock(message.log_time_ns, now_s)
+            self._tick_clock(message.log_time_ns, now_s)
             if self._publish(message):
                 self.published += 1
                 self.late += late_s > LATE_S
@@ -178,8 +180,14 @@ class ReplayNode(Node):  # type: ignore[misc]
         else:
             self._is_done = True
 
-    def _publish_clock(self, log_time_ns: int, now_s: float, step_ns: int = CLOCK_STEP_NS) -> None:
-        if log_time_ns - self._clock_ns >= step_ns and log_time_ns // NANOSECONDS <= LAST_SECOND:
+    def _tick_clock(self, log_time_ns: int, now_s: float) -> None:
+        """Publish the time of a message, unless it follows another one closely."""
+        if log_time_ns - self._ticked_ns >= CLOCK_STEP_NS:
+            self._ticked_ns = log_time_ns
+            self._publish_clock(log_time_ns, now_s)
+
+    def _publish_clock(self, log_time_ns: int, now_s: float) -> None:
+        if log_time_ns > self._clock_ns and log_time_ns // NANOSECONDS <= LAST_SECOND:
             self._clock_ns = log_time_ns
             self._clock_s = now_s
             self._clock_output.publish(messages.clock(ROS, log_time_ns))
