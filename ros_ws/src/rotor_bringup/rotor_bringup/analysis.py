@@ -79,6 +79,7 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
 
     """
     recording = Recording(path, waveform_topic)
+    name = waveform_name(recording)
     scenario = (recording.config() or {}).get('scenario')
     section = scenario.get('monitor', {}) if isinstance(scenario, Mapping) else {}
     monitor = VibrationMonitor(MonitorConfig.from_mapping(section, 'monitor'))
@@ -102,9 +103,7 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
         state.advance((end_ns - start_ns) / NANOSECONDS)
     if start_ns is None:
         reasons = '; '.join(recording.damage) or 'its topic is empty'
-        raise ScenarioError(
-            f'{path} holds no block of {waveform_name(recording)} that can be analyzed ({reasons})'
-        )
+        raise ScenarioError(f'{path} holds no block of {name} that can be analyzed ({reasons})')
     if runs:
         recording.note(
             f'the sample index falls back {runs} times: another run begins there, and times count '

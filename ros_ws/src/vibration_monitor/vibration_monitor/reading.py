@@ -31,6 +31,8 @@ ACTIVE_SUFFIX = '.active'
 
 _WAVEFORM = f'/{topics.WAVEFORM.name}'
 
+OTHER_NAME = '; a waveform of another name can be given by --waveform-topic'
+
 CONFIG_RECORD = 'rotor_config'
 """Name of the MCAP metadata record with the run's configuration: JSON text and its CRC-32."""
 
@@ -329,6 +331,7 @@ def waveform_name(recording: Recording) -> str:
         listed = ', '.join(known) or 'none'
         raise RecordingInputError(
             f'{recording.path} holds no {topics.WAVEFORM.name}; its topics are: {listed}'
+            f'{OTHER_NAME}'
         )
     require_cdr(recording, known[name])
     if known[name].type != topics.WAVEFORM.type:

@@ -16,7 +16,7 @@ import rerun as rr
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import UNDECODABLE, Recording, require_cdr
+from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
@@ -88,7 +88,7 @@ def convert(recording: Recording, file: Path) -> list[str]:
     if topics.WAVEFORM not in wanted.values():
         raise ViewError(
             f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
-            f'topics are: {", ".join(recording.topics()) or "none"}'
+            f'topics are: {", ".join(recording.topics()) or "none"}{OTHER_NAME}'
         )
     streams: list[rr.RecordingStream] = []
 
