@@ -27,6 +27,7 @@ from rotor_bringup.cli import app
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr, typestore
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock, encode
+from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Recording
 from vibration_monitor.view.offline import convert
 
@@ -75,7 +76,7 @@ def health(stamp_ns: int, log_time_ns: int) -> Sent:
 
 def write(path: Path, sent: Iterator[Sent] | list[Sent]) -> Path:
     with path.open('wb') as file:
-        writer = Writer(file)
+        writer = Writer(file, chunk_size=2**16)
         writer.start('ros2')
         channels: dict[tuple[str, str], int] = {}
         for topic, kind, log_time_ns, data in sent:
@@ -307,6 +308,10 @@ def test_a_cut_compressed_file_gives_what_is_there(tmp_path: Path) -> None:
     recording = Recording(path)
     assert 0 < recording.message_counts['/rotor/waveform'] < BLOCKS
     assert 'a.mcap: it was not finalised, or is cut' in ' '.join(recording.damage)
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(RecordingError) as refused:
+        Recording(path)
+    assert str(refused.value).startswith(f'{path} ')
 
 
 def test_a_damaged_sqlite_bag_ends_in_a_sentence(tmp_path: Path) -> None:

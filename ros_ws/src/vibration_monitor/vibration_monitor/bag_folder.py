@@ -87,15 +87,17 @@ def open_file(path: Path, folder: Callable[[], Path], note: Note) -> McapFile | 
     try:
         with path.open('rb') as file:
             head = file.read(len(MAGIC))
-        compression = compression_of(head)
-        if compression:
-            path = _unpacked(path, compression, folder, note)
-            with path.open('rb') as file:
-                head = file.read(len(MAGIC))
     except OSError as error:
         raise RecordingInputError(
             f'{path} cannot be read ({error.strerror}); check the path and its permissions'
         ) from None
+    compression = compression_of(head)
+    if compression:
+        unpacked = _unpacked(path, compression, folder, note)
+        try:
+            return open_file(unpacked, folder, note)
+        except RecordingInputError as error:
+            raise RecordingInputError(str(error).replace(str(unpacked), str(path))) from None
     return Db3File(path) if head == MAGIC else McapFile(path)
 
 
