@@ -28,8 +28,11 @@ def add_command(app: typer.Typer, print_json: Callable[[dict[str, Any]], None]) 
         from vibration_monitor.detectors.baseline import baseline_of  # noqa: PLC0415 - slow
         from vibration_monitor.reading import Recording, waveform_blocks  # noqa: PLC0415
 
-        recordings = (Recording(file, waveform_topic) for file in files)
+        recordings = [Recording(file, waveform_topic) for file in files]
         learnt = baseline_of(waveform_blocks(recording) for recording in recordings)
+        for recording in recordings:
+            for sentence in recording.damage:
+                typer.echo(f'warning: {sentence}', err=True)
         part = {'monitor': {'crack': {'baseline': learnt.model_dump(mode='json')}}}
         if as_json:
             print_json(part)

@@ -26,7 +26,7 @@ Note = Callable[[str], None]
 
 def is_recording(path: Path) -> bool:
     """Say whether a path is meant as a recording: a folder, or the name of a file of a bag."""
-    return path.is_dir() or _BAG_NAME.search(path.name) is not None
+    return path.is_dir() or not {'.mcap', '.db3'}.isdisjoint(path.suffixes)
 
 
 def bag_files(path: Path, note: Note) -> list[Path]:

@@ -30,7 +30,6 @@ ACTIVE_SUFFIX = '.active'
 """Ends the name of a file that its recorder has not finalised."""
 
 _WAVEFORM = f'/{topics.WAVEFORM.name}'
-
 OTHER_NAME = '; a waveform of another name can be given by --waveform-topic'
 
 CONFIG_RECORD = 'rotor_config'
@@ -121,8 +120,9 @@ class Recording:
         """Number of messages by full topic name."""
         counts: Counter[str] = Counter()
         for file in self._files:
+            connections = file.connections
             for channel_id, count in file.counts.items():
-                counts[file.connections[channel_id].topic] += count
+                counts[connections[channel_id].topic] += count
         return dict(counts)
 
     def topics(self) -> dict[str, Connection]:
@@ -203,8 +203,7 @@ class Recording:
                 reason = f'the first at log time {message.log_time_ns} ns: {damage}'
                 self.leave_out(f'messages of {name}', left_out[name], reason)
                 continue
-            times = (message.log_time_ns, message.publish_time_ns)
-            yield RecordedMessage(name, connection.type, data, *times)
+            yield RecordedMessage(name, connection.type, data, *message[1:3])
         if self.damage and all(file.unread >= set(file.segments) for file in self._files):
             raise RecordingInputError(
                 f'{self.path} holds no whole message, so there is nothing to read '
