@@ -137,7 +137,8 @@ class ReplayNode(Node):  # type: ignore[misc]
         recorded = self._recording.messages(self._outputs.keys(), self._begin_ns)
         self._messages = timed(recorded, self._begin_ns, self.holes)
         self._next = next(self._messages, None)
-        self._schedule = ReplaySchedule(rate=self._options.rate, begin_ns=0, now_s=time.monotonic())
+        self._clock_s = now_s = time.monotonic()
+        self._schedule = ReplaySchedule(rate=self._options.rate, begin_ns=0, now_s=now_s)
 
     def _publish_due(self, schedule: ReplaySchedule) -> None:
         for _ in range(MESSAGES_PER_TICK):
