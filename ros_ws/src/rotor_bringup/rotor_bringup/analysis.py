@@ -5,7 +5,7 @@
 import csv
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,12 @@ import numpy as np
 
 from rotor_bringup.display import RunState, shown_channel
 from rotor_bringup.errors import ScenarioError
-from rotor_bringup.pipeline import analyze
+from rotor_bringup.pipeline import analyze_blocks
+from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
-from vibration_monitor.reading import Recording
+from vibration_monitor.reading import Recording, waveform_name
 
 HIGHLIGHTS = (
     *(f'amplitude_order_{order}' for order in ('1', '2', '3')),
@@ -62,28 +64,57 @@ class Analysis:
         }
 
 
-def analyze_recording(path: Path) -> Analysis:
+def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis:
     """Run the monitor, configured as in the recorded run, over a recording.
+
+    Times are those of the samples: they count from the first sample of the run in the recording.
+
+    Args:
+        path: folder of a bag or a file of one.
+        waveform_topic: full name of the waveform; None: `rotor/waveform` of the one rig there.
 
     Raises:
         RecordingError: not a recording, or no `rotor/waveform` in it.
+        ScenarioError: no block of it can be analyzed.
 
     """
-    recording = Recording(path)
-    scenario = (recording.config() or {}).get('scenario', {})
-    monitor = VibrationMonitor(MonitorConfig.from_mapping(scenario.get('monitor', {}), 'monitor'))
+    recording = Recording(path, waveform_topic)
+    name = waveform_name(recording)
+    scenario = (recording.config() or {}).get('scenario')
+    section = scenario.get('monitor', {}) if isinstance(scenario, Mapping) else {}
+    monitor = VibrationMonitor(MonitorConfig.from_mapping(section, 'monitor'))
     state = RunState(0.0)
-    start_ns = recording.start_ns or 0
+    start_ns = None
+    runs = 0
     records = []
-    for window in analyze(recording, monitor):
-        state.advance((window.stamp_ns - start_ns) * 1e-9)
-        state.take_record(window, state.simulated_s)
-        records.append(window)
-    if not monitor.status()['blocks [1]']:
-        raise ScenarioError(f'{path} holds no rotor/waveform, so there is nothing to analyse')
+    for block, windows in analyze_blocks(recording, monitor):
+        first_ns, end_ns = _span_ns(block)
+        status = monitor.status()
+        if start_ns is None or runs != status['restarts [1]']:
+            start_ns, runs = first_ns, int(status['restarts [1]'])
+        for window in windows:
+            state.take_record(window, (window.stamp_ns - start_ns) / NANOSECONDS)
+            records.append(window)
+        state.advance((end_ns - start_ns) / NANOSECONDS)
+    if start_ns is None:
+        reasons = '; '.join(recording.damage) or 'its topic is empty'
+        raise ScenarioError(f'{path} holds no block of {name} that can be analyzed ({reasons})')
+    if runs:
+        recording.note(
+            f'the sample index falls back {runs} times: another run begins there, and times count '
+            'from its first sample'
+        )
     return Analysis(
         records, state, list(recording.damage), int(monitor.status()['lost samples [1]'])
     )
+
+
+def _span_ns(block: WaveformBlock) -> tuple[int, int]:
+    """Return the times of the first sample of a block, and of the one after its last, in ns."""
+    time_s = block.rows['time'].astype(float)
+    step_s = (time_s[-1] - time_s[0]) / max(len(time_s) - 1, 1)
+    first_ns, end_ns = (round(float(t) * NANOSECONDS) for t in (time_s[0], time_s[-1] + step_s))
+    return block.stamp_ns + first_ns, block.stamp_ns + end_ns
 
 
 def check_windows_path(path: Path) -> None:

@@ -18,13 +18,21 @@ def add_command(app: typer.Typer, print_json: Callable[[dict[str, Any]], None]) 
         files: Annotated[
             list[Path], typer.Argument(help='Healthy recordings of one machine, loads differing.')
         ],
+        waveform_topic: Annotated[
+            str | None,
+            typer.Option(help='Full name of the waveform; default: rotor/waveform of the one rig.'),
+        ] = None,
         as_json: Annotated[bool, typer.Option('--json', help='Print the result as JSON.')] = False,
     ) -> None:
         """Learn a machine's baseline for the crack estimate, as a part of a scenario."""
         from vibration_monitor.detectors.baseline import baseline_of  # noqa: PLC0415 - slow
         from vibration_monitor.reading import Recording, waveform_blocks  # noqa: PLC0415
 
-        learnt = baseline_of(waveform_blocks(Recording(file)) for file in files)
+        recordings = [Recording(file, waveform_topic) for file in files]
+        learnt = baseline_of(waveform_blocks(recording) for recording in recordings)
+        for recording in recordings:
+            for sentence in recording.damage:
+                typer.echo(f'warning: {sentence}', err=True)
         part = {'monitor': {'crack': {'baseline': learnt.model_dump(mode='json')}}}
         if as_json:
             print_json(part)

@@ -69,6 +69,13 @@ ScenarioArgument = Annotated[
 DurationOption = Annotated[
     float | None, typer.Option('--duration', help='Length of the run in s, instead of its own.')
 ]
+WaveformOption = Annotated[
+    str | None,
+    typer.Option(
+        '--waveform-topic',
+        help='Full name of the waveform; default: rotor/waveform of the one rig in the recording.',
+    ),
+]
 JsonOption = Annotated[bool, typer.Option('--json', help='Print the result as JSON.')]
 
 
@@ -186,6 +193,7 @@ def analyze(
     out: Annotated[
         Path | None, typer.Option(help='Write every window: .json or .csv by the ending.')
     ] = None,
+    waveform_topic: WaveformOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run the monitor over a recording: the same indicators as live."""
@@ -193,7 +201,7 @@ def analyze(
 
     if out is not None:
         check_windows_path(out)
-    analysis = analyze_recording(file)
+    analysis = analyze_recording(file, waveform_topic)
     if out is not None:
         save_windows(analysis, out)
     _warn(analysis.damage)
@@ -214,11 +222,12 @@ def view(
     screenshot: Annotated[
         Path | None, typer.Option(help='Write a .png of the view instead, without a screen.')
     ] = None,
+    waveform_topic: WaveformOption = None,
 ) -> None:
     """Show a recording in rerun: plots, orbit, spectra and the rig in 3-D."""
     from vibration_monitor.view import view_recording
 
-    _warn(view_recording(file, save=save, screenshot=screenshot))
+    _warn(view_recording(file, save=save, screenshot=screenshot, waveform_topic=waveform_topic))
 
 
 @scenario_app.command('list')

@@ -10,6 +10,7 @@ from typing import Any
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, topics
+from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock
@@ -18,7 +19,7 @@ from rotor_sim.messages import block_messages, config_message
 from rotor_sim.simulator import RotorSimulator, SimulatedBlock
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
-from vibration_monitor.reading import Recording, waveform_blocks
+from vibration_monitor.reading import Recording, waveform_blocks, waveform_name
 from vibration_monitor.recording import RecordingWriter
 
 Outgoing = tuple[Topic, int, Any]
@@ -86,5 +87,24 @@ def record(scenario: Scenario, path: Path) -> Iterator[Step]:
 
 def analyze(recording: Recording, monitor: VibrationMonitor) -> Iterator[IndicatorRecord]:
     """Yield what the monitor says about the recorded waveform."""
+    for _, windows in analyze_blocks(recording, monitor):
+        yield from windows
+
+
+def analyze_blocks(
+    recording: Recording, monitor: VibrationMonitor
+) -> Iterator[tuple[WaveformBlock, list[IndicatorRecord]]]:
+    """Yield each block of the recorded waveform with the windows that it completes.
+
+    A block that the monitor refuses is left out and counted in `recording.damage`, as the live
+    monitor does; the sample index shows the gap.
+    """
+    refused = 0
     for block in waveform_blocks(recording):
-        yield from monitor.push(block)
+        try:
+            yield block, monitor.push(block)
+        except WireError as error:
+            refused += 1
+            reason = f'the first is stamped {block.stamp_ns} ns: {error}'
+            name = waveform_name(recording)
+            recording.leave_out(f'blocks of {name} that the monitor refuses', refused, reason)

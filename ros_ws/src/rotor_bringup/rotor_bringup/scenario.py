@@ -19,6 +19,7 @@ from rotor_interfaces.config import quantity
 from rotor_interfaces.errors import RigError
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.parameters import RotorParameters
+from vibration_monitor.bag_folder import is_recording
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
 
@@ -144,7 +145,7 @@ def load_scenario(source: str, **changes: Any) -> Scenario:
     if source in shipped_scenarios():
         text = (files('rotor_bringup') / 'scenarios' / f'{source}.yaml').read_text('utf-8')
         data = _parse(text, source)
-    elif path.is_dir() or '.mcap' in path.suffixes:
+    elif is_recording(path):
         data = _from_recording(path)
     elif path.is_file():
         data = _parse(_read(path), source)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reader: order, memory, choice of files, and what it makes of waveforms."""
 
+import re
 import shutil
 import tracemalloc
 from dataclasses import replace
@@ -125,8 +126,11 @@ def test_metadata_yaml_cannot_lead_out_of_the_folder(tmp_path: Path) -> None:
     folder = bag(tmp_path / 'bag', 3)
     metadata = folder / 'metadata.yaml'
     metadata.write_text(metadata.read_text().replace('- bag_0.mcap', '- ../other.mcap'))
-    with pytest.raises(RecordingError, match=r'holds no \.mcap file'):
-        Recording(folder)
+    recording = Recording(folder)
+    assert [file.path for file in recording._files] == [folder / 'bag_0.mcap']
+    assert recording.damage == [
+        'bag: metadata.yaml names other.mcap, which is not there; read instead: bag_0.mcap'
+    ]
 
 
 def test_one_broken_file_does_not_hide_the_others(tmp_path: Path) -> None:
@@ -226,7 +230,10 @@ def test_a_block_that_cannot_be_decoded_is_told(
         writer.write(topics.WAVEFORM, block_bytes(2), EPOCH_NS + 3, 0)
     recording = Recording(path)
     assert [b.first_sample for b in waveform_blocks(recording)] == [0, 512]
-    assert [f'log time {EPOCH_NS + k} ns' in recording.damage[k - 1] for k in (1, 2)] == [True] * 2
+    said = ' '.join(recording.damage)
+    assert f'log time {EPOCH_NS + 1} ns' in said
+    # one sentence with a count, or two where one of them looks like compressed data
+    assert sum(map(int, re.findall(r'left out: (\d+) ', said))) == 2
 
 
 def test_reading_twice_gives_the_same(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from mcap.writer import MCAP0_MAGIC, Writer
 from recording_support import EPOCH_NS, made_up_run, stamp_of, write_all
 from rotor_interfaces import topics
 from vibration_monitor.errors import RecordingError
+from vibration_monitor.mcap_file import McapFile
 from vibration_monitor.reading import RecordedMessage, Recording
 from vibration_monitor.recording import RecordingWriter
 
@@ -135,7 +136,7 @@ def test_a_bad_chunk_costs_only_itself_and_is_counted(whole: Path, tmp_path: Pat
     content[bad.offset + bad.length // 2] ^= 1
     path = tmp_path / 'bad.mcap'
     path.write_bytes(content)
-    lost = len(recording._files[0].read(bad))
+    lost = len(McapFile(whole).read(bad))
     messages, damage = read_all(path)
     assert len(messages) == len(list(recording.messages())) - lost
     assert len(damage) == 1
@@ -150,7 +151,7 @@ def test_a_broken_length_is_passed_over_with_the_index(whole: Path, tmp_path: Pa
     path = tmp_path / 'bad.mcap'
     path.write_bytes(content)
     messages, damage = read_all(path)
-    lost = len(recording._files[0].read(bad))
+    lost = len(McapFile(whole).read(bad))
     assert len(messages) == len(list(recording.messages())) - lost
     assert f'{len(messages)} of the {len(messages) + lost} messages' in ' '.join(damage)
 
@@ -164,7 +165,7 @@ def test_a_first_chunk_lost_still_leaves_its_definitions(whole: Path, tmp_path: 
     path = tmp_path / 'bad.mcap'
     path.write_bytes(content)
     messages, _ = read_all(path)
-    assert len(messages) == len(list(recording.messages())) - len(recording._files[0].read(first))
+    assert len(messages) == len(list(recording.messages())) - len(McapFile(whole).read(first))
     assert {m.topic for m in messages} >= {'/rotor/truth', '/clock'}
 
 

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+import zstandard
 from mcap.writer import Writer
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from recording_support import (
@@ -26,7 +28,7 @@ from recording_support import (
 )
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
-from rotor_interfaces.messages import from_cdr, ros_class
+from rotor_interfaces.messages import OFFLINE, from_cdr, ros_class, to_cdr
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import RecordingWriter
 from vibration_monitor.recording_stream import raw_stamp_ns
@@ -217,6 +219,107 @@ def test_a_damaged_recording_is_replayed_with_a_warning(
     assert listener.stamps(topics.WAVEFORM) == [stamp_of(k) for k in range(10)]
 
 
+HOUR_NS = 3600 * 10**9
+
+
+def test_a_foreign_bag_is_replayed_without_what_is_not_known_here(
+    tmp_path: Path, ros_environment: dict[str, str], listener: Listener
+) -> None:
+    """As `ros2 bag record -a` leaves it, with messages compressed one by one and a pause."""
+    path = tmp_path / 'bag.mcap'
+    pack = zstandard.ZstdCompressor().compress
+    with path.open('wb') as file:
+        writer = Writer(file)
+        writer.start('ros2')
+        schemas = {
+            name: writer.register_schema(name, 'ros2msg', b'')
+            for name in (
+                topics.WAVEFORM.type,
+                topics.CONFIG.type,
+                topics.ALARM.type,
+                'a_msgs/msg/B',
+            )
+        }
+
+        def channel(name: str, kind: str, encoding: str = 'cdr') -> int:
+            offer = {'offered_qos_profiles': '- durability: transient_local'}
+            return writer.register_channel(name, encoding, schemas[kind], offer)
+
+        channel('/events/write_split', 'a_msgs/msg/B')
+        channel('/no good name', topics.CONFIG.type)
+        writer.add_message(channel('/seen', topics.CONFIG.type, 'json'), EPOCH_NS, b'{}', 0)
+        alarm = channel('/monitor/alarm', topics.ALARM.type)
+        writer.add_message(alarm, EPOCH_NS, b'(packed by nobody knows what', 0)
+        config = to_cdr(messages.string(OFFLINE, '{}'))
+        writer.add_message(channel('/rotor/config', topics.CONFIG.type), 12 * 10**9, config, 0)
+        waveform = channel('/rotor/waveform', topics.WAVEFORM.type)
+        other = channel('/rotor/waveform', topics.CONFIG.type)
+        for number in range(4):
+            time_ns = EPOCH_NS + number // 2 * HOUR_NS + number
+            writer.add_message(waveform, time_ns, pack(block_bytes(number)), 0)
+        writer.add_message(other, EPOCH_NS, config, 0)
+        writer.add_message(channel('/diagnostics', topics.ALARM.type), 2**62, bytes(12), 0)
+        writer.finish()  # type: ignore[no-untyped-call]
+    with replaying(path, ros_environment, wait_for_subscribers_s=30.0) as child:
+        wait_for_end(listener, child)
+        assert child.returncode == 0
+        out, err = child.communicate()
+    blocks = [block_bytes(k) for k in range(4)]
+    expected = [data + bytes(-len(data) % 4) for data in blocks]
+    assert [heard.data for heard in listener.of(topics.WAVEFORM)] == expected
+    assert len(listener.of(topics.CONFIG)) == 1
+    assert listener.of(topics.ALARM) == []
+    assert '5 messages published' in out
+    assert (
+        'warning: not published, since type or name cannot be used here: /events/write_split '
+        '(a_msgs/msg/B), /no good name (std_msgs/msg/String)'
+    ) in err
+    assert "/seen is not published: its encoding is 'json'" in err
+    assert 'for more than 10 s: 2 times, the longest 1799999988 s' in err
+    assert 'messages of /monitor/alarm left out: 1 (' in err
+    assert 'messages of /rotor/waveform left out: 1 (' in err
+    assert listener.clock_ns == sorted(listener.clock_ns)
+    assert listener.clock_ns[-1] == EPOCH_NS + HOUR_NS + 2
+
+
+def test_the_clock_goes_on_where_messages_are_rare(
+    tmp_path: Path, ros_environment: dict[str, str], listener: Listener
+) -> None:
+    with RecordingWriter.single_file(path := tmp_path / 'rare.mcap') as writer:
+        for second in range(4):
+            (wire,) = (wire for wire in made_up_run(1) if wire.topic is topics.ALARM)
+            writer.write(topics.ALARM, wire.data, EPOCH_NS + second * 10**9, 0)
+    node = listener.peer.node
+    node.set_parameters([Parameter('use_sim_time', Parameter.Type.BOOL, value=True)])
+    fired: list[int] = []
+    node.create_timer(0.1, lambda: fired.append(node.get_clock().now().nanoseconds))
+    with replaying(path, ros_environment, wait_for_subscribers_s=30.0) as child:
+        wait_for_end(listener, child)
+        assert child.returncode == 0
+    assert listener.clock_ns == sorted(set(listener.clock_ns))
+    assert (listener.clock_ns[0], listener.clock_ns[-1]) == (EPOCH_NS, EPOCH_NS + 3 * 10**9)
+    # 40 Hz over 3 s; a busy machine may skip some
+    assert 60 <= len(listener.clock_ns) <= 125
+    assert 20 <= len(fired) <= 32
+
+
+def test_the_start_is_that_of_what_is_published(
+    tmp_path: Path, ros_environment: dict[str, str], listener: Listener
+) -> None:
+    """Diagnostics stamped decades before hold nothing up; a start counts without the holes."""
+    with RecordingWriter.single_file(path := tmp_path / 'run.mcap') as writer:
+        writer.write(topics.DIAGNOSTICS, bytes(12), 12, 0)
+        writer.write(topics.CONFIG, to_cdr(messages.string(OFFLINE, '{}')), 10**9, 0)
+        for number in range(40):
+            writer.write(topics.WAVEFORM, block_bytes(number), stamp_of(number), 0)
+    with replaying(path, ros_environment, start_s=0.5, wait_for_subscribers_s=30.0) as child:
+        wait_for_end(listener, child)
+        assert child.returncode == 0
+    assert listener.stamps(topics.WAVEFORM) == [stamp_of(k) for k in range(20, 40)]
+    assert len(listener.of(topics.CONFIG)) == 1
+    assert listener.clock_ns[0] == stamp_of(20)
+
+
 def test_a_type_that_is_not_installed_ends_in_one_sentence(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
@@ -228,7 +331,7 @@ def test_a_type_that_is_not_installed_ends_in_one_sentence(
         writer.add_message(writer.register_channel('/thing', 'cdr', schema), 1, bytes(12), 1)
         writer.finish()  # type: ignore[no-untyped-call]
     with replaying(path, ros_environment) as child:
-        assert child.wait(30.0) == ExitCode.PROCESS_FAILED
+        assert child.wait(30.0) == ExitCode.BAD_INPUT
         said = child.communicate()[1].strip()
     assert said == (
         "error: /thing has type 'foreign_msgs/msg/Thing', which is not installed here; name the "

@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import psutil  # type: ignore[import-untyped]
 import pytest
@@ -63,8 +64,9 @@ def test_a_bad_target_is_refused_before_any_work(
     tmp_path: Path, option: str, name: str, reason: str
 ) -> None:
     (tmp_path / 'folder.png').mkdir()
+    target: dict[str, Any] = {option: tmp_path / name}
     with pytest.raises(ViewError, match=reason):
-        view_recording(tmp_path / 'not looked at.mcap', **{option: tmp_path / name})
+        view_recording(tmp_path / 'not looked at.mcap', **target)
 
 
 def test_without_the_software_renderer_the_script_is_named(

@@ -18,8 +18,8 @@ class BlockClock:
         self._latest = (0, 0)
 
     def take(self, first_sample: int, stamp_ns: int, time: NDArray[np.float64]) -> None:
-        """Note a block: its first sample, that sample's stamp, its time column in s."""
-        self._latest = (first_sample, stamp_ns)
+        """Note a block: its first sample, its stamp, and its time column in s after the stamp."""
+        self._latest = (first_sample, stamp_ns + round(float(time[0]) * NANOSECONDS))
         self._origin = self._origin or self._latest
         if self._rate_hz is None and len(time) > 1:
             self._rate_hz = whole_rate(len(time) - 1, float(time[-1] - time[0]))

@@ -11,3 +11,7 @@ class MonitorError(RigError, ValueError):
 
 class RecordingError(RigError):
     """A recording that cannot be written, read or replayed."""
+
+
+class RecordingInputError(RecordingError, ValueError):
+    """A given recording, or a choice of its topics, that cannot be read or replayed."""

@@ -8,7 +8,8 @@ so that a damaged file costs neither memory nor time, and never gives a wrong me
 
 import os
 from bisect import bisect_right
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -17,7 +18,7 @@ from mcap.records import Channel, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from vibration_monitor import mcap_records
-from vibration_monitor.errors import RecordingError
+from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_records import (
     CHUNK,
     FOOTER_BYTES,
@@ -44,6 +45,15 @@ class Segment(NamedTuple):
     is_chunk: bool
 
 
+class Connection(NamedTuple):
+    """A topic of a recording: full name, type, message encoding, QoS profiles as YAML text."""
+
+    topic: str
+    type: str
+    encoding: str
+    qos_profiles: str
+
+
 class McapFile:
     """An MCAP file, finalised or not; only its structure is held in memory.
 
@@ -52,7 +62,7 @@ class McapFile:
     file and from the messages themselves otherwise.
 
     Raises:
-        RecordingError: not readable, not MCAP, or damaged with no whole message left.
+        RecordingInputError: not readable, not MCAP, or damaged with no whole message left.
 
     """
 
@@ -81,14 +91,34 @@ class McapFile:
             if not self._take_statistics():
                 self._survey()
         except OSError as error:
-            raise RecordingError(
+            raise RecordingInputError(
                 f'{path} cannot be read ({error.strerror}); check the path and its permissions'
             ) from None
         if self.damage and not self.counts:
-            raise RecordingError(
+            raise RecordingInputError(
                 f'{path} holds no whole message, so there is nothing to read '
                 f'({"; ".join(self.damage)})'
             )
+
+    @property
+    def connections(self) -> dict[int, Connection]:
+        """What is known of each channel."""
+        return {number: self._connection(channel) for number, channel in self.channels.items()}
+
+    def _connection(self, channel: Channel) -> Connection:
+        schema = self.schemas.get(channel.schema_id)
+        return Connection(
+            channel.topic,
+            schema.name if schema else '',
+            channel.message_encoding,
+            channel.metadata.get('offered_qos_profiles', ''),
+        )
+
+    def ordered(self, segment: Segment) -> Iterator[StoredMessage]:
+        """Yield the messages of a segment by log time, and in file order where it is equal."""
+        messages = deque(sorted(self.read(segment), key=lambda message: message.log_time_ns))
+        while messages:
+            yield messages.popleft()
 
     def read(self, segment: Segment) -> list[StoredMessage]:
         """Return the messages of a segment in file order; empty, with a sentence, if damaged."""
@@ -141,7 +171,9 @@ class McapFile:
         file.seek(0)
         if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             kind = 'is empty' if size == 0 else 'is not an MCAP file (its first bytes differ)'
-            raise RecordingError(f'{self.path} {kind}; give a .mcap file or the folder of a bag')
+            raise RecordingInputError(
+                f'{self.path} {kind}; give a .mcap file or the folder of a bag'
+            )
         position = len(MCAP0_MAGIC)
         while not self._finalised:
             file.seek(position)

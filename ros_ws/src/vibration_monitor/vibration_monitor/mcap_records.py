@@ -36,6 +36,10 @@ RecordType = TypeVar(
 )
 
 
+_PACKED = {b'\x28\xb5\x2f\xfd': 'zstd', b'\x04\x22\x4d\x18': 'lz4'}
+"""What compressed data begin with; CDR begins with a zero byte."""
+
+
 class StoredMessage(NamedTuple):
     """One message as it stands in the file; times in ns."""
 
@@ -78,6 +82,25 @@ def message(content: bytes) -> StoredMessage:
         raise DamageError('one of its messages is shorter than a message head')
     channel_id, _, log_time_ns, publish_time_ns = MESSAGE.unpack_from(content)
     return StoredMessage(channel_id, log_time_ns, publish_time_ns, content[MESSAGE.size :])
+
+
+def compression_of(content: bytes) -> str:
+    """Return the name of the compression that `content` begins with, '' for none that is known."""
+    return _PACKED.get(content[:4], '')
+
+
+def unpack_message(data: bytes) -> bytes:
+    """Return the CDR of a message, which some recorders compress one by one.
+
+    Raises:
+        DamageError: it cannot be unpacked, or is too large.
+
+    """
+    name = compression_of(data)
+    if not name:
+        return data
+    size = zstandard.frame_content_size(data) if name == 'zstd' else -1
+    return _decompress(name, data, MAX_BYTES if size < 0 else size)
 
 
 def unpack_chunk(content: bytes) -> tuple[bytes, int]:

@@ -4,40 +4,36 @@
 
 import heapq
 import json
-import re
+import shutil
 import struct
+import tempfile
+import weakref
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 from rosbags.serde import SerdeError
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
-from vibration_monitor.errors import RecordingError
-from vibration_monitor.mcap_file import McapFile, Segment
-from vibration_monitor.mcap_records import StoredMessage
+from vibration_monitor import bag_folder
+from vibration_monitor.db3_file import Db3File
+from vibration_monitor.errors import RecordingInputError
+from vibration_monitor.mcap_file import Connection, McapFile, Segment
+from vibration_monitor.mcap_records import DamageError, StoredMessage, unpack_message
 
 ACTIVE_SUFFIX = '.active'
 """Ends the name of a file that its recorder has not finalised."""
 
-METADATA_FILE = 'metadata.yaml'
+_WAVEFORM = f'/{topics.WAVEFORM.name}'
+OTHER_NAME = '; a waveform of another name can be given by --waveform-topic'
+
 CONFIG_RECORD = 'rotor_config'
 """Name of the MCAP metadata record with the run's configuration: JSON text and its CRC-32."""
-
-
-class Connection(NamedTuple):
-    """A topic of a recording: full name, type, message encoding, QoS profiles as YAML text."""
-
-    topic: str
-    type: str
-    encoding: str
-    qos_profiles: str
 
 
 class RecordedMessage(NamedTuple):
@@ -50,36 +46,64 @@ class RecordedMessage(NamedTuple):
     publish_time_ns: int
 
 
+_Head = tuple[int, int, int, int, StoredMessage, Iterator[tuple[int, StoredMessage]]]
+"""Next message of an open segment: log time, file, offset, index, message, those after it."""
+
+
 class Recording:
-    """A recording: the folder of a bag, a `.mcap` file, or the `.mcap.active` of a killed recorder.
+    """A recording: the folder of a bag, a `.mcap` or `.db3` file, or a killed recorder's `.active`.
 
     Messages are streamed; in memory are the structure of the file and the chunks whose times
     overlap. `damage` holds a sentence for each thing that is lost; it is complete after one
-    pass over all messages.
+    pass over all messages. `waveform_topic` is the full name of the waveform to use where
+    several rigs, or another name, were recorded; the other topics are then those of its rig.
 
     Raises:
-        RecordingError: nothing there, not a recording, or damaged with no whole message left.
+        RecordingInputError: nothing there, not a recording, no such topic, or damaged with no
+            whole message left.
 
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, waveform_topic: str | None = None) -> None:
         self.path = Path(path)
         self._damage: list[str] = []
-        self._files: list[McapFile] = []
-        failures: list[RecordingError] = []
-        for file in self._file_paths():
+        self._left_out: dict[str, tuple[int, str]] = {}
+        self._files: list[McapFile | Db3File] = []
+        self._unpacked: Path | None = None
+        failures: list[RecordingInputError] = []
+        for file in bag_folder.bag_files(self.path, self.note):
             try:
-                self._files.append(McapFile(file))
-            except RecordingError as error:
+                self._files.append(bag_folder.open_file(file, self._folder, self.note))
+            except RecordingInputError as error:
                 failures.append(error)
         if not self._files:
             raise failures[0]
         self._damage.extend(str(failure) for failure in failures)
+        self._waveform = waveform_topic and '/' + waveform_topic.lstrip('/')
+        if self._waveform and self._waveform not in self.topics():
+            listed = ', '.join(self.topics()) or 'none'
+            raise RecordingInputError(
+                f'{self.path} holds no {self._waveform}; its topics are: {listed}'
+            )
+
+    def _folder(self) -> Path:
+        """Return the folder for unpacked files, which goes when the recording goes."""
+        if self._unpacked is None:
+            self._unpacked = Path(tempfile.mkdtemp(prefix='rotor-rig-bag-'))
+            weakref.finalize(self, shutil.rmtree, self._unpacked, ignore_errors=True)
+        return self._unpacked
 
     @property
     def damage(self) -> list[str]:
         """Sentences that say what is lost, in file order; empty for a whole recording."""
-        return [*self._damage, *(text for file in self._files for text in file.damage)]
+        return [
+            *self._damage,
+            *(text for file in self._files for text in file.damage),
+            *(
+                f'{self.path.name}: {what} left out: {count} ({reason})'
+                for what, (count, reason) in self._left_out.items()
+            ),
+        ]
 
     @property
     def start_ns(self) -> int | None:
@@ -96,68 +120,92 @@ class Recording:
         """Number of messages by full topic name."""
         counts: Counter[str] = Counter()
         for file in self._files:
+            connections = file.connections
             for channel_id, count in file.counts.items():
-                counts[file.channels[channel_id].topic] += count
+                counts[connections[channel_id].topic] += count
         return dict(counts)
 
     def topics(self) -> dict[str, Connection]:
-        """Return the topics by full name, in the order of their definition."""
-        found: dict[str, Connection] = {}
+        """Return the topics by full name, in the order of their definition.
+
+        A topic that was recorded with several types or encodings is the one of the contract, or
+        that of the most messages.
+        """
+        found: dict[str, Counter[Connection]] = {}
         for file in self._files:
-            for channel_id in file.channels:
-                connection = _connection(file, channel_id)
-                found.setdefault(connection.topic, connection)
-        return found
+            for number, connection in file.connections.items():
+                counts = found.setdefault(connection.topic, Counter())
+                counts[connection] += file.counts[number]
+        return {name: max(counts, key=_preference(counts)) for name, counts in found.items()}
 
     def find(self, topic: Topic) -> str | None:
         """Return the full name under which a topic of the rig was recorded, in any namespace.
 
+        The topics of one rig are those in the namespace of its waveform.
+
         Raises:
-            RecordingError: it was recorded in more than one namespace.
+            RecordingInputError: it was recorded in more than one namespace.
 
         """
-        name = '/' + topic.name.lstrip('/')
         known = self.topics()
-        if name in known:
+        name = '/' + topic.name.lstrip('/')
+        if topic.name.startswith('/') and name in known:
             return name
-        found = [other for other in known if other.endswith(name)]
+        waveforms = self._waveforms(known)
+        chosen = self._waveform or (waveforms[0] if len(waveforms) == 1 else None)
+        if topic == topics.WAVEFORM:
+            found = [chosen] if chosen else waveforms
+        else:
+            found = _of_one_rig(name, known, waveforms, chosen)
         if len(found) > 1:
-            raise RecordingError(
-                f'{self.path} holds {topic.name} more than once ({", ".join(found)}); record one '
-                'rig at a time'
+            remedy = f', such as --waveform-topic {waveforms[0]}' if waveforms else ''
+            raise RecordingInputError(
+                f'{self.path} holds {topic.name} more than once ({", ".join(found)}); name the '
+                f'waveform of one rig by --waveform-topic{remedy}'
             )
         return found[0] if found else None
+
+    def _waveforms(self, known: dict[str, Connection]) -> list[str]:
+        """Return the waveforms by name: those with messages of the right type, if there are any."""
+        names = [name for name in known if name.endswith(_WAVEFORM)]
+        counts = self.message_counts
+        usable = [n for n in names if counts.get(n) and known[n].type == topics.WAVEFORM.type]
+        return usable or names
 
     def messages(
         self, topics: Collection[str] | None = None, start_ns: int | None = None
     ) -> Iterator[RecordedMessage]:
         """Yield messages by log time, and in file order where log times are equal.
 
+        Messages that a recorder has compressed are unpacked; what cannot be unpacked, or has
+        not the type of its topic, is left out and counted.
+
         Args:
             topics: full names of the topics wanted; None = all.
             start_ns: first log time wanted, ns; None = from the beginning.
 
         Raises:
-            RecordingError: not one segment of the recording is whole.
+            RecordingInputError: not one segment of the recording is whole.
 
         """
-        connections = [
-            {channel_id: _connection(file, channel_id) for channel_id in file.channels}
-            for file in self._files
-        ]
+        known = self.topics()
+        connections = [file.connections for file in self._files]
+        left_out: Counter[str] = Counter()
         for number, message in self._ordered(start_ns):
             connection = connections[number].get(message.channel_id)
             if connection is None or (topics is not None and connection.topic not in topics):
                 continue
-            yield RecordedMessage(
-                connection.topic,
-                connection.type,
-                message.data,
-                message.log_time_ns,
-                message.publish_time_ns,
-            )
+            name = connection.topic
+            try:
+                data = _usable(message.data, connection, known[name])
+            except DamageError as damage:
+                left_out[name] += 1
+                reason = f'the first at log time {message.log_time_ns} ns: {damage}'
+                self.leave_out(f'messages of {name}', left_out[name], reason)
+                continue
+            yield RecordedMessage(name, connection.type, data, *message[1:3])
         if self.damage and all(file.unread >= set(file.segments) for file in self._files):
-            raise RecordingError(
+            raise RecordingInputError(
                 f'{self.path} holds no whole message, so there is nothing to read '
                 f'({"; ".join(self.damage)})'
             )
@@ -171,13 +219,13 @@ class Recording:
             for segment in file.segments
             if segment.end_ns >= begin
         )
-        waiting: list[tuple[int, int, int, int, StoredMessage]] = []
+        waiting: list[_Head] = []
         for start, number, offset, segment in wanted:
-            while waiting and waiting[0][0] < start:
+            while waiting and waiting[0][:3] < (start, number, offset):
                 yield _popped(waiting)
-            for index, message in enumerate(self._files[number].read(segment)):
-                if message.log_time_ns >= begin:
-                    heapq.heappush(waiting, (message.log_time_ns, number, offset, index, message))
+            ordered = self._files[number].ordered(segment)
+            rest = enumerate(message for message in ordered if message.log_time_ns >= begin)
+            _push(waiting, number, offset, rest)
         while waiting:
             yield _popped(waiting)
 
@@ -187,7 +235,9 @@ class Recording:
         From the metadata of our recorder, else from the last message on `rotor/config`, which
         any other recorder has kept as well; it holds every change made while the run went on.
         """
-        for file in self._files:
+        # beside several rigs, it is not known whose record this is
+        files = self._files if len(self._waveforms(self.topics())) < 2 else []
+        for file in files:
             record = file.metadata.get(CONFIG_RECORD)
             if record is None:
                 continue
@@ -220,40 +270,17 @@ class Recording:
         if sentence not in self._damage:
             self._damage.append(sentence)
 
-    def _file_paths(self) -> list[Path]:
-        """Return the MCAP files of the recording in their order."""
-        try:
-            if not self.path.is_dir():
-                return [self.path]
-            found = [p for p in self.path.iterdir() if re.search(r'\.mcap(\.active)?$', p.name)]
-        except OSError as error:
-            raise RecordingError(f'{self.path} cannot be read ({error.strerror})') from None
-        found.sort(key=_natural)
-        listed = self._listed()
-        if listed is not None:
-            missing = [name for name in listed if not (self.path / name).is_file()]
-            for name in missing:
-                self.note(f'{name} of {METADATA_FILE} is missing, so its messages are left out')
-            found = [self.path / name for name in listed if name not in missing]
-        if not found:
-            raise RecordingError(
-                f'{self.path} holds no .mcap file; give the folder of a bag with MCAP storage'
-            )
-        return found
+    def leave_out(self, what: str, count: int, reason: str) -> None:
+        """Count what a pass over the messages leaves out: `damage` holds one sentence for it.
 
-    def _listed(self) -> list[str] | None:
-        """Return the file names in metadata.yaml, None without a usable one."""
-        path = self.path / METADATA_FILE
-        if not path.is_file():
-            return None
-        try:
-            document = yaml.safe_load(path.read_text(encoding='utf-8'))
-            names = document['rosbag2_bagfile_information']['relative_file_paths']
-            # only the name: an older rosbag2 wrote the folder too, and nothing outside is read
-            return [Path(str(name)).name for name in names]
-        except (OSError, ValueError, yaml.YAMLError, TypeError, KeyError, RecursionError):
-            self.note(f'{METADATA_FILE} is damaged, so all .mcap files of the folder are read')
-            return None
+        Args:
+            what: in the plural, such as `blocks of /rotor/waveform`.
+            count: how many in this pass so far.
+            reason: of this one; the first is kept.
+
+        """
+        most, first = self._left_out.get(what, (0, reason))
+        self._left_out[what] = (max(most, count), first)
 
 
 # What rosbags raises, besides its own error, on bytes that are not the message they claim to be.
@@ -268,61 +295,105 @@ def config_record(text: str) -> dict[str, str]:
 def waveform_blocks(recording: Recording, start_ns: int | None = None) -> Iterator[WaveformBlock]:
     """Yield the waveform blocks of a recording by log time.
 
-    A block that cannot be decoded is left out with a sentence in `recording.damage`; the sample
+    A block that cannot be decoded is left out and counted in `recording.damage`; the sample
     index shows the gap.
 
     Raises:
-        RecordingError: no `rotor/waveform` of the right type and encoding was recorded.
+        RecordingInputError: no `rotor/waveform` of the right type and encoding was recorded.
+
+    """
+    name = waveform_name(recording)
+    left_out = 0
+    for message in recording.messages([name], start_ns):
+        try:
+            yield decode(messages.from_cdr(message.data, message.type))
+        except (*UNDECODABLE, WireError) as error:
+            left_out += 1
+            recording.leave_out(
+                f'blocks of {name}',
+                left_out,
+                f'the first at log time {message.log_time_ns} ns: '
+                f'{str(error) or type(error).__name__}',
+            )
+
+
+def waveform_name(recording: Recording) -> str:
+    """Return the full name of the waveform's topic.
+
+    Raises:
+        RecordingInputError: no `rotor/waveform` of the right type and encoding was recorded.
 
     """
     name = recording.find(topics.WAVEFORM)
     known = recording.topics()
     if name is None:
         listed = ', '.join(known) or 'none'
-        raise RecordingError(
+        raise RecordingInputError(
             f'{recording.path} holds no {topics.WAVEFORM.name}; its topics are: {listed}'
+            f'{OTHER_NAME}'
         )
     require_cdr(recording, known[name])
     if known[name].type != topics.WAVEFORM.type:
-        raise RecordingError(
+        raise RecordingInputError(
             f'{name} in {recording.path} has type {known[name].type!r}; a waveform has '
             f'{topics.WAVEFORM.type}'
         )
-    for message in recording.messages([name], start_ns):
-        try:
-            yield decode(messages.from_cdr(message.data, message.type))
-        except (*UNDECODABLE, WireError) as error:
-            recording.note(
-                f'the block of {name} at log time {message.log_time_ns} ns is left out '
-                f'({error or type(error).__name__})'
-            )
+    return name
 
 
 def require_cdr(recording: Recording, connection: Connection) -> None:
-    """Raise RecordingError unless the messages of a topic are CDR, the encoding of ROS 2."""
+    """Raise RecordingInputError unless the messages of a topic are CDR, the encoding of ROS 2."""
     if connection.encoding != 'cdr':
-        raise RecordingError(
+        raise RecordingInputError(
             f'{connection.topic} in {recording.path} is encoded as {connection.encoding!r}; only '
             'cdr, the encoding of ROS 2, can be used'
         )
 
 
-def _popped(waiting: list[tuple[int, int, int, int, StoredMessage]]) -> tuple[int, StoredMessage]:
-    _, number, _, _, message = heapq.heappop(waiting)
+def _of_one_rig(
+    name: str, known: Collection[str], waveforms: Sequence[str], chosen: str | None
+) -> list[str]:
+    """Return the topics that end in `name`, without those of rigs other than the chosen one."""
+    rigs = [waveform.removesuffix(_WAVEFORM) for waveform in waveforms]
+    own = max((r for r in rigs if chosen and chosen.startswith(f'{r}/')), key=len, default=None)
+    others = {rig for rig in rigs if chosen and rig != own}
+    found = [n for n in known if n.endswith(name) and n.removesuffix(name) not in others]
+    if own is not None and own + name in found:
+        return [own + name]
+    return [name] if name in found and len(rigs) < 2 else found
+
+
+def _preference(counts: Counter[Connection]) -> Callable[[Connection], tuple[bool, int]]:
+    """Return how much one of the types of a topic is preferred."""
+    contract = {(f'/{topic.name.lstrip("/")}', topic.type) for topic in topics.TOPICS}
+
+    def preference(known: Connection) -> tuple[bool, int]:
+        fits = any(known.topic.endswith(n) and known.type == kind for n, kind in contract)
+        return fits and counts[known] > 0, counts[known]
+
+    return preference
+
+
+def _usable(data: bytes, connection: Connection, known: Connection) -> bytes:
+    """Return a message as on the wire; raises DamageError if it is not one of its topic."""
+    if (connection.type, connection.encoding) != (known.type, known.encoding):
+        raise DamageError(
+            f'of {connection.type} as {connection.encoding}, where the topic is {known.type} as '
+            f'{known.encoding}'
+        )
+    return unpack_message(data) if connection.encoding == 'cdr' else data
+
+
+def _push(
+    waiting: list[_Head], number: int, offset: int, rest: Iterator[tuple[int, StoredMessage]]
+) -> None:
+    """Let the next message of a segment wait for its turn."""
+    for index, message in rest:
+        heapq.heappush(waiting, (message.log_time_ns, number, offset, index, message, rest))
+        return
+
+
+def _popped(waiting: list[_Head]) -> tuple[int, StoredMessage]:
+    _, number, offset, _, message, rest = heapq.heappop(waiting)
+    _push(waiting, number, offset, rest)
     return number, message
-
-
-def _natural(path: Path) -> list[Any]:
-    """Return a sorting key that puts run_10 after run_9."""
-    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]
-
-
-def _connection(file: McapFile, channel_id: int) -> Connection:
-    channel = file.channels[channel_id]
-    schema = file.schemas.get(channel.schema_id)
-    return Connection(
-        channel.topic,
-        schema.name if schema else '',
-        channel.message_encoding,
-        channel.metadata.get('offered_qos_profiles', ''),
-    )

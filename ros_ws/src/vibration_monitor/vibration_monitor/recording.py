@@ -18,8 +18,9 @@ from mcap.writer import CompressionType, Writer
 
 from rotor_interfaces.messages import typestore
 from rotor_interfaces.topics import Topic
+from vibration_monitor.bag_folder import METADATA_FILE
 from vibration_monitor.errors import RecordingError
-from vibration_monitor.reading import ACTIVE_SUFFIX, CONFIG_RECORD, METADATA_FILE, config_record
+from vibration_monitor.reading import ACTIVE_SUFFIX, CONFIG_RECORD, config_record
 
 FLUSH_PERIOD_S = 0.2
 """A killed recorder may lose a quarter of a second; the rest is for the flush itself."""

@@ -3,6 +3,7 @@
 """What a replay publishes, and when: the part that needs no ROS."""
 
 import math
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import pydantic
@@ -11,8 +12,9 @@ import yaml
 from rotor_interfaces import topics
 from rotor_interfaces.config import ConfigModel, quantity
 from rotor_interfaces.messages import NANOSECONDS
-from vibration_monitor.errors import RecordingError
-from vibration_monitor.reading import Connection, RecordedMessage, Recording, require_cdr
+from vibration_monitor.errors import RecordingInputError
+from vibration_monitor.mcap_file import Connection
+from vibration_monitor.reading import RecordedMessage, Recording, require_cdr
 
 MAX_BACKLOG_S = 1.0
 """A replay that is later than this (recorded seconds) shifts its schedule instead of rushing.
@@ -22,6 +24,9 @@ A burst of more blocks than the queues of the subscribers hold would be lost.
 
 DEFAULT_DEPTH = 256
 """Queue of a topic whose recorder did not know the publisher's (depth 0)."""
+
+HOLE_S = 10.0
+"""A stretch longer than this (recorded seconds) without a message to publish is stepped over."""
 
 _NEVER = (topics.CLOCK, topics.PROGRESS)
 _NOT_BY_DEFAULT = (*_NEVER, topics.DIAGNOSTICS)
@@ -51,68 +56,120 @@ class ReplaySchedule:
     """Says when each message is due: an absolute schedule, so that no delay adds up."""
 
     def __init__(self, *, rate: float, begin_ns: int, now_s: float) -> None:
-        """Play log time `begin_ns` at the monotonic time `now_s`, `rate` times as fast."""
+        """Play time `begin_ns` at the monotonic time `now_s`, `rate` times as fast."""
         self._rate = rate
         self._begin_ns = begin_ns
         self._started_s = now_s
 
-    def late_s(self, log_time_ns: int, now_s: float) -> float:
+    def late_s(self, time_ns: int, now_s: float) -> float:
         """Return how much later than due it is, in s of wall time; negative before."""
-        ahead_s = (log_time_ns - self._begin_ns) / (NANOSECONDS * self._rate)
+        ahead_s = (time_ns - self._begin_ns) / (NANOSECONDS * self._rate)
         return now_s - self._started_s - ahead_s
 
-    def shift_if_stalled(self, log_time_ns: int, now_s: float) -> bool:
-        """Make `log_time_ns` due now if the replay is more than MAX_BACKLOG_S behind."""
-        late_s = self.late_s(log_time_ns, now_s)
+    def shift_if_stalled(self, time_ns: int, now_s: float) -> bool:
+        """Make `time_ns` due now if the replay is more than MAX_BACKLOG_S behind."""
+        late_s = self.late_s(time_ns, now_s)
         if late_s * self._rate <= MAX_BACKLOG_S:
             return False
         self._started_s += late_s
         return True
 
 
-def begin_ns(recording: Recording, start_s: float) -> int:
-    """Return the log time at which a replay begins, in ns.
+def timed(
+    messages: Iterable[RecordedMessage], begin_ns: int | None = None, holes: list[int] | None = None
+) -> Iterator[tuple[int, RecordedMessage]]:
+    """Yield each message after its time in the replay, ns: its log time less holes and beginning.
 
-    Raises:
-        RecordingError: the recording is empty or ends before.
+    Args:
+        messages: by log time.
+        begin_ns: log time at which the replay begins; None: at the first message.
+        holes: takes the length of each hole (HOLE_S) that is stepped over, in ns.
 
     """
-    if recording.start_ns is None or recording.end_ns is None:
-        raise RecordingError(f'{recording.path} holds no message, so there is nothing to replay')
-    length_s = (recording.end_ns - recording.start_ns) / NANOSECONDS
-    if start_s > length_s:
-        raise RecordingError(
-            f'start_s = {start_s:g} is after the end of {recording.path}, which is '
-            f'{length_s:.3f} s long'
+    at_ns = 0
+    for message in messages:
+        step_ns = 0 if begin_ns is None else message.log_time_ns - begin_ns
+        begin_ns = message.log_time_ns
+        if step_ns > HOLE_S * NANOSECONDS:
+            if holes is not None:
+                holes.append(step_ns)
+            step_ns = 0
+        at_ns += step_ns
+        yield at_ns, message
+
+
+def begin_ns(recording: Recording, start_s: float, names: Collection[str] | None = None) -> int:
+    """Return the log time at which a replay of the topics `names` (None: all) begins, in ns.
+
+    That is `start_s` after the first message of these topics, holes not counted.
+
+    Raises:
+        RecordingInputError: there is no message of these topics, or none so late.
+
+    """
+    start_ns = math.floor(start_s * NANOSECONDS)
+    at_ns = None
+    for at_ns, message in timed(recording.messages(names)):
+        if at_ns >= start_ns:
+            return message.log_time_ns - (at_ns - start_ns)
+    if at_ns is None:
+        raise RecordingInputError(
+            f'{recording.path} holds no message'
+            + (f' of {", ".join(names)}' if names else '')
+            + ', so there is nothing to replay'
         )
-    return recording.start_ns + math.floor(start_s * NANOSECONDS)
+    raise RecordingInputError(
+        f'start_s = {start_s:g} is after the end of {recording.path}, which is '
+        f'{at_ns / NANOSECONDS:.3f} s long'
+    )
 
 
 def selected(recording: Recording, names: tuple[str, ...]) -> dict[str, Connection]:
     """Return the topics to publish by full name.
 
     All but /clock, which the replay makes itself, rig/progress, which would speak for consumers
-    that are not there, and /diagnostics, unless named.
+    that are not there, and /diagnostics, unless named. Topics that are not CDR are left out,
+    with a sentence in `recording.damage`, unless named.
 
     Raises:
-        RecordingError: a name that was not recorded or is never replayed; an encoding other
-            than CDR.
+        RecordingInputError: a name that was not recorded or is never replayed; an encoding other
+            than CDR; nothing left to publish.
 
     """
     known = recording.topics()
-    wanted = ['/' + name.lstrip('/') for name in names]
-    for name in wanted:
-        if name not in known:
-            listed = ', '.join(known)
-            raise RecordingError(f'{recording.path} holds no {name}; its topics are: {listed}')
-        if any(_is(name, topic) for topic in _NEVER):
-            raise RecordingError(f'{name} is never replayed; name other topics')
-    if not wanted:
-        wanted = [n for n in known if not any(_is(n, topic) for topic in _NOT_BY_DEFAULT)]
-    chosen = {name: known[name] for name in wanted}
+    if names:
+        chosen = {name: known[name] for name in _named(names, recording, known)}
+    else:
+        chosen = {
+            name: connection
+            for name, connection in known.items()
+            if not any(is_topic(name, topic) for topic in _NOT_BY_DEFAULT)
+        }
+        usable = {name for name, connection in chosen.items() if connection.encoding == 'cdr'}
+        for name in chosen.keys() - usable if usable else ():
+            recording.note(f'{name} is not published: its encoding is {known[name].encoding!r}')
+        chosen = {n: connection for n, connection in chosen.items() if n in usable or not usable}
     for connection in chosen.values():
         require_cdr(recording, connection)
+    if known and not chosen:
+        raise RecordingInputError(
+            f'{recording.path} holds nothing that is replayed unless named; its topics are: '
+            f'{", ".join(known)}'
+        )
     return chosen
+
+
+def _named(
+    names: tuple[str, ...], recording: Recording, known: dict[str, Connection]
+) -> Iterator[str]:
+    """Yield the full names of topics; raises for one that cannot be replayed."""
+    for name in ('/' + name.lstrip('/') for name in names):
+        if name not in known:
+            listed = ', '.join(known)
+            raise RecordingInputError(f'{recording.path} holds no {name}; its topics are: {listed}')
+        if any(is_topic(name, topic) for topic in _NEVER):
+            raise RecordingInputError(f'{name} is never replayed; name other topics')
+        yield name
 
 
 def latched_before(
@@ -121,7 +178,7 @@ def latched_before(
     """Return the last message before `start_ns` of every latched topic, by log time."""
     latched = {name for name, known in connections.items() if offer_of(known).is_latched}
     last: dict[str, RecordedMessage] = {}
-    for message in recording.messages(latched):
+    for message in recording.messages(latched) if latched else ():
         if message.log_time_ns >= start_ns:
             break
         last[message.topic] = message
@@ -148,5 +205,6 @@ def offer_of(connection: Connection) -> Offer:
     )
 
 
-def _is(name: str, topic: topics.Topic) -> bool:
+def is_topic(name: str, topic: topics.Topic) -> bool:
+    """Say whether a full name is that of a topic of the rig, in any namespace."""
     return name == topic.name or name.endswith('/' + topic.name)

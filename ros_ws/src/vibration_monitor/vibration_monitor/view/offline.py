@@ -16,7 +16,7 @@ import rerun as rr
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import UNDECODABLE, Recording, require_cdr
+from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
@@ -32,7 +32,11 @@ class _SecondRunError(Exception):
 
 
 def view_recording(
-    path: Path, *, save: Path | None = None, screenshot: Path | None = None
+    path: Path,
+    *,
+    save: Path | None = None,
+    screenshot: Path | None = None,
+    waveform_topic: str | None = None,
 ) -> list[str]:
     """Show a recording in the viewer's window until it is closed, or write what it would show.
 
@@ -41,6 +45,7 @@ def view_recording(
         save: write a rerun file (`.rrd`) instead of opening a window; replaced if it exists.
         screenshot: write a picture (`.png`) of the end of the flight, without a screen;
             replaced if it exists. With both, both are written.
+        waveform_topic: full name of the waveform; None: `rotor/waveform` of the one rig there.
 
     Returns:
         One sentence for each thing that the recording lost or that could not be shown, and for
@@ -55,7 +60,7 @@ def view_recording(
     _check_target('--screenshot', screenshot, '.png')
     if save is None and screenshot is None:
         viewer.require_screen()
-    recording = Recording(path)
+    recording = Recording(path, waveform_topic)
     beside = None if save is None else save.absolute().parent
     with _cleaned_up(), tempfile.TemporaryDirectory(prefix='rotor-rig-view-', dir=beside) as folder:
         file = Path(folder) / 'view.rrd'
@@ -83,7 +88,7 @@ def convert(recording: Recording, file: Path) -> list[str]:
     if topics.WAVEFORM not in wanted.values():
         raise ViewError(
             f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
-            f'topics are: {", ".join(recording.topics()) or "none"}'
+            f'topics are: {", ".join(recording.topics()) or "none"}{OTHER_NAME}'
         )
     streams: list[rr.RecordingStream] = []
 
@@ -115,7 +120,13 @@ def convert(recording: Recording, file: Path) -> list[str]:
     except _SecondRunError:
         recording.note('a second run begins in this recording; only the first is shown')
     streams[0].disconnect()
-    return [*recording.damage, *view.refusals]
+    left_out = [*recording.damage, *view.refusals]
+    if not view.blocks:
+        raise ViewError(
+            f'{recording.path} holds no block of {recording.find(topics.WAVEFORM)} that can be '
+            f'shown ({"; ".join(left_out) or "its topic is empty"})'
+        )
+    return left_out
 
 
 @contextlib.contextmanager
@@ -144,11 +155,13 @@ def _shown_topics(recording: Recording) -> dict[str, Topic]:
         name = recording.find(topic)
         if name is None:
             continue
-        require_cdr(recording, known[name])
-        if known[name].type == topic.type:
+        if topic == topics.WAVEFORM:
+            require_cdr(recording, known[name])
+        if (known[name].type, known[name].encoding) == (topic.type, 'cdr'):
             wanted[name] = topic
         else:
-            recording.note(f'{name} has type {known[name].type}, not {topic.type}; not shown')
+            kind = f'{known[name].type} as {known[name].encoding}'
+            recording.note(f'{name} is {kind}, not {topic.type} as cdr; not shown')
     return wanted
 
 

@@ -38,6 +38,9 @@ MAX_WAITING = 8192
 
 LONGEST_BLOCK_S = 1e5
 
+BESIDE_FLIGHT_S = 60.0
+"""What is stamped longer before sample 0, or after the waveform, is not of this flight."""
+
 FLUSH_S = 30.0
 """A viewer that takes nothing for this long has stopped."""
 
@@ -100,6 +103,7 @@ class RigView:
         self._curves_due_ns = 0
         self._continuity = SampleContinuity()
         self._origin_ns: int | None = None
+        self._last_ns = 0
         self._blocks: list[WaveformBlock] = []
         self._levels: dict[str, int] = {}
         self._crack_ratio: float | None = None
@@ -110,6 +114,11 @@ class RigView:
             rr.StateConfiguration(values=style.LEVELS, colors=style.LEVEL_COLOURS),
             static=True,
         )
+
+    @property
+    def blocks(self) -> int:
+        """Waveform blocks of this run so far."""
+        return self._continuity.blocks
 
     def push(self, topic: Topic, stamp_ns: int, message: Any) -> None:
         """Take one message of either world.
@@ -188,10 +197,10 @@ class RigView:
             self._break(block.stamp_ns)
         if self._blocks and self._blocks[0].rows.dtype != block.rows.dtype:
             self._send_blocks()
-        if self._origin_ns is None:
+        if not self._last_ns:
             self._origin_ns = _origin_ns(block)
         self._blocks.append(block)
-        end_ns = block.stamp_ns + round(float(block.rows['time'][-1]) * NANOSECONDS)
+        self._last_ns = end_ns = block.stamp_ns + round(float(block.rows['time'][-1]) * NANOSECONDS)
         if end_ns - self._blocks[0].stamp_ns >= self._batch_s * NANOSECONDS:
             self._send_blocks()
 
@@ -263,6 +272,12 @@ class RigView:
         if self._origin_ns is None:
             self._origin_ns = stamp_ns
         offset_ns = stamp_ns - self._origin_ns
+        beside_ns = max(-offset_ns, stamp_ns - self._last_ns)
+        if self.blocks and beside_ns > BESIDE_FLIGHT_S * NANOSECONDS:
+            self._refuse(
+                topic, WireError(f'stamped {beside_ns / NANOSECONDS:.0f} s off the flight')
+            )
+            return
         self._at(offset_ns)
         try:
             self._show_at(offset_ns, topic, message)
@@ -375,7 +390,8 @@ def _groups(columns: tuple[str, ...]) -> dict[str, list[str]]:
 def _origin_ns(block: WaveformBlock) -> int:
     """Return the stamp of sample 0, from the stamp and the sample index of a block."""
     time = block.rows['time']
+    first_ns = block.stamp_ns + round(float(time[0]) * NANOSECONDS)
     if len(time) < 2:
-        return block.stamp_ns
+        return first_ns
     rate_hz = round((len(time) - 1) / float(time[-1] - time[0]))
-    return block.stamp_ns - round(block.first_sample * NANOSECONDS / rate_hz)
+    return first_ns - round(block.first_sample * NANOSECONDS / rate_hz)
