@@ -205,7 +205,7 @@ class CrackEstimator:
             return f'the load has not changed by {load_factor:.2g} g in the last {span}'
         if speed_rad_s > _HIGHEST_SPEED * self._rigid_rad_s():
             return self._too_fast(speed_rad_s)
-        # twice: what the fit takes for a scale error of a probe makes a crack look that much smaller
+        # twice: what passes for a scale error of a probe makes a crack look that much smaller
         largest = by_load.ratio + 2.0 * by_load.resolution
         if largest > _LARGEST_UNSEEN_RATIO:
             return f'a crack of up to K = {largest:.2g} is not ruled out'
