@@ -138,6 +138,8 @@ def test_the_recording_says_what_it_is(plan: ImportPlan, tmp_path: Path) -> None
     epoch_ns = blocks[0].stamp_ns
     for block in blocks:
         assert block.stamp_ns == sample_stamp_ns(epoch_ns, block.first_sample, RATE_HZ)
+        # the contract: since this message's stamp
+        np.testing.assert_array_equal(block.rows['time'], np.arange(len(block.rows)) / RATE_HZ)
     assert recording.find(topics.CONFIG) == '/rotor/config'
     again = tmp_path / 'again.mcap'
     write(imported, again)

@@ -5,7 +5,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -57,12 +57,18 @@ class ImportPlan:
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A converted file: `rows` as in `rotor/waveform`, and what goes into `rotor/config`."""
+    """A converted file: `rows` of all blocks of `rotor/waveform`, and what `rotor/config` says."""
 
     rows: NDArray[np.void]
     rate_hz: int
     config: dict[str, Any]
     warnings: tuple[str, ...]
+
+    def blocks(self, epoch_ns: int = OFFLINE_EPOCH_NS) -> Iterator[WaveformBlock]:
+        """Yield the blocks of `BLOCK_SAMPLES` rows, the last one shorter; stamps from `epoch_ns`."""
+        for first in range(0, len(self.rows), BLOCK_SAMPLES):
+            stamp_ns = sample_stamp_ns(epoch_ns, first, self.rate_hz)
+            yield WaveformBlock(stamp_ns, self.rows[first : first + BLOCK_SAMPLES], ROTOR_FRAME)
 
 
 def convert(plan: ImportPlan) -> Imported:
@@ -109,7 +115,7 @@ def convert(plan: ImportPlan) -> Imported:
             'shaft': {'from': shaft_from, **_speeds(shaft)},
             'load': UNKNOWN,
             'file_says': dict(file.facts),
-            'note': 'time 0 is the first sample; stamps count from an arbitrary epoch',
+            'note': 'stamps count from an arbitrary epoch; time is since the stamp of its message',
         },
         'versions': versions(),
         'column_units': _column_units(units, with_angle=shaft is not None),
@@ -129,13 +135,10 @@ def write(imported: Imported, out: Path) -> None:
     check_out(out)
     with RecordingWriter.single_file(out, config=imported.config) as writer:
         text = messages.string(OFFLINE, json.dumps(imported.config, sort_keys=True))
-        epoch_ns = OFFLINE_EPOCH_NS
-        writer.write(topics.CONFIG, messages.to_cdr(text), epoch_ns, epoch_ns)
-        for first in range(0, len(imported.rows), BLOCK_SAMPLES):
-            stamp_ns = sample_stamp_ns(epoch_ns, first, imported.rate_hz)
-            rows = imported.rows[first : first + BLOCK_SAMPLES]
-            message = encode(WaveformBlock(stamp_ns, rows, ROTOR_FRAME), OFFLINE)
-            writer.write(topics.WAVEFORM, messages.to_cdr(message), stamp_ns, stamp_ns)
+        writer.write(topics.CONFIG, messages.to_cdr(text), OFFLINE_EPOCH_NS, OFFLINE_EPOCH_NS)
+        for block in imported.blocks():
+            message = messages.to_cdr(encode(block, OFFLINE))
+            writer.write(topics.WAVEFORM, message, block.stamp_ns, block.stamp_ns)
 
 
 def check_out(out: Path) -> None:
@@ -301,7 +304,7 @@ def _rows(
     count = len(next(iter(columns.values())))
     rows = np.empty(count, [*kinds, *((name, '<f4') for name in columns)])
     rows['sample'] = np.arange(count)
-    rows['time'] = rows['sample'] / rate_hz
+    rows['time'] = rows['sample'] % BLOCK_SAMPLES / rate_hz  # since the stamp of its message
     if shaft is not None:
         rows['angle'] = shaft.angle_rad
     for name, values in columns.items():
