@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from rotor_bringup.errors import ImportFileError
-from rotor_bringup.importing.files import ForeignFile, open_file
+from rotor_bringup.importing.files import open_file
+from rotor_bringup.importing.foreign import ForeignFile
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -58,15 +59,15 @@ def test_a_column_of_words_stands_beside_numbers(tmp_path: Path) -> None:
         ('', '1', 'holds no line of numbers'),
         ('# only\n% comments\n', '1', 'holds no line of numbers'),
         ('one two\nthree four\n', '1', 'holds no line of numbers'),
-        ('0,5;0,7\n0,6;0,8\n', '1', 'decimals by a point'),
         ('1 2\n3 4\n', '3', "no column '3'; it has 1 to 2, without names"),
         ('1 2\n3 4\n', '0', "no column '0'"),
         ('1 2\n3 4\n', '-1', "no column '-1'"),
         ('a,b\n1,2\n', 'c', 'it has 1 to 2, named a, b'),
         ('a,a\n1,2\n', 'a', "more than one column of the name 'a'"),
-        ('1,2\n3,x\n', '2', "column 2 of .* is not all numbers: .*'x'.* row 1"),
-        ('1,2\n3\n', '2', 'not all numbers'),
-        ('1,2\n3,\n', '2', 'written nan'),
+        ('1,2.5\n3,x\n', '2', "column 2 of .* is not all numbers: line 2 holds 'x'"),
+        ('1,2.5\n3\n', '2', 'line 2 .* has 1 cells, the rows above 2'),
+        ('1,2\n3\n', '2', 'two columns or one with a decimal comma'),
+        ('1,2.5\n3,\n', '2', 'written nan'),
     ],
 )
 def test_text_that_does_not_serve_ends_in_one_sentence(
@@ -127,7 +128,8 @@ def test_what_is_no_series_of_numbers_is_refused(mat_file: ForeignFile, key: str
     with pytest.raises(ImportFileError, match='no series of numbers') as refused:
         mat_file.column(key)
     assert 'X097_DE_time (5,), run.data (6, 2)' in str(refused.value)
-    assert ('take one of its columns, run.data[1]' in str(refused.value)) == (key == 'run.data')
+    hint = 'take one of its columns, run.data[:,1], or one of its rows, run.data[1,:]'
+    assert (hint in str(refused.value)) == (key == 'run.data')
 
 
 def test_the_layout_of_mfpt_is_known(tmp_path: Path) -> None:

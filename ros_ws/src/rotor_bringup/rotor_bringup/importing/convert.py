@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_bringup.errors import ImportFileError
-from rotor_bringup.importing.files import ForeignFile, open_file
+from rotor_bringup.importing.files import open_file
+from rotor_bringup.importing.foreign import ForeignFile
 from rotor_bringup.importing.shaft import Shaft, constant_speed, from_tacho
+from rotor_bringup.importing.table import Decimal
 from rotor_bringup.scenario import OFFLINE_EPOCH_NS, versions
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
@@ -28,6 +30,7 @@ from vibration_monitor.recording import RecordingWriter
 BLOCK_SAMPLES = 256
 RATES_HZ = (1, 1_000_000)
 UNKNOWN = 'unknown'
+_FAR_OFF, _FEWEST_OTHERS = 20.0, 10
 
 ACCELERATION_UNITS = {'m/s^2': 1.0, 'mm/s^2': 1e-3, 'g': 9.80665}
 """In m/s^2; g is the standard gravity of ISO 80000-3."""
@@ -53,6 +56,8 @@ class ImportPlan:
     tacho: str | None = None
     pulses_per_revolution: int = 1
     source: str = ''
+    decimal: Decimal | None = None
+    first_line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +70,7 @@ class Imported:
     warnings: tuple[str, ...]
 
     def blocks(self, epoch_ns: int = OFFLINE_EPOCH_NS) -> Iterator[WaveformBlock]:
-        """Yield the blocks of `BLOCK_SAMPLES` rows, the last one shorter; stamps from `epoch_ns`."""
+        """Yield the blocks of 256 rows, the last one shorter, with stamps from `epoch_ns` on."""
         for first in range(0, len(self.rows), BLOCK_SAMPLES):
             stamp_ns = sample_stamp_ns(epoch_ns, first, self.rate_hz)
             yield WaveformBlock(stamp_ns, self.rows[first : first + BLOCK_SAMPLES], ROTOR_FRAME)
@@ -83,7 +88,7 @@ def convert(plan: ImportPlan) -> Imported:
 
     """
     _check_names(plan)
-    file = open_file(plan.path)
+    file = open_file(plan.path, plan.decimal, plan.first_line)
     channels = dict(plan.channels or file.stated.channels)
     if not channels:
         raise ImportFileError(
@@ -107,6 +112,7 @@ def convert(plan: ImportPlan) -> Imported:
             'file': plan.path.name,
             'sha256': hashlib.sha256(plan.path.read_bytes()).hexdigest(),
             'format': file.format,
+            'layout': dict(file.layout),
             'source': plan.source or UNKNOWN,
             'samples': count,
             'rate_hz': rate_hz,
@@ -313,6 +319,16 @@ def _rows(
     return rows
 
 
+def _stands_alone(values: NDArray[np.float32]) -> bool:
+    """Say whether the first value lies far from all others, as a setting above them would."""
+    others = values[1:][np.isfinite(values[1:])].astype(np.float64)
+    if len(others) < _FEWEST_OTHERS:
+        return False
+    middle = float(np.median(others))
+    reach = float(np.abs(others - middle).max())
+    return bool(abs(float(values[0]) - middle) > _FAR_OFF * reach > 0)
+
+
 def _warnings(
     file: ForeignFile,
     rows: NDArray[np.void],
@@ -320,7 +336,7 @@ def _warnings(
     shaft_from: str,
     described: Mapping[str, Mapping[str, Any]],
 ) -> tuple[str, ...]:
-    found = []
+    found = list(file.warnings)
     if shaft is None:
         found.append(
             'the shaft angle is not known, so there are no orders; give --speed-hz or --tacho'
@@ -341,4 +357,9 @@ def _warnings(
         lost = int(np.count_nonzero(~np.isfinite(rows[name])))
         if lost:
             found.append(f'{name} has {lost} samples without a number')
+        if _stands_alone(rows[name]):
+            found.append(
+                f'the first sample of {name} lies {_FAR_OFF:g} times farther off than any other; '
+                'if it is a setting and no sample, take it out of the file'
+            )
     return tuple(found)
