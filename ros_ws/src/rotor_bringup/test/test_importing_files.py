@@ -132,6 +132,33 @@ def test_what_is_no_series_of_numbers_is_refused(mat_file: ForeignFile, key: str
     assert (hint in str(refused.value)) == (key == 'run.data')
 
 
+def test_rows_and_columns_of_a_matrix_are_asked_for_alike(tmp_path: Path) -> None:
+    path = tmp_path / 'x.mat'
+    wide = np.arange(3 * 40.0).reshape(3, 40)
+    cube = np.arange(2 * 30 * 3).reshape(2, 30, 3)
+    line = np.arange(9.0)[np.newaxis]
+    savemat(path, {'sig': wide, 'cube': cube, 'line': line, 'run': {'x': wide}, 'z': wide * 1j})
+    file = open_file(path)
+    np.testing.assert_array_equal(file.column('sig[1,:]'), wide[0])
+    np.testing.assert_array_equal(file.column('run.x[3, :]'), wide[2])
+    np.testing.assert_array_equal(file.column('sig[:,40]'), wide[:, 39])
+    np.testing.assert_array_equal(file.column('cube[2,:,3]'), cube[1, :, 2])
+    for key in ('line', 'line[1,:]', 'line[:,1]', 'line[:]'):
+        np.testing.assert_array_equal(file.column(key), line[0])
+    with pytest.raises(ImportFileError, match=r'take one of its rows, sig\[1,:\], or'):
+        file.column('sig')
+    both = r'can be a row of 40 samples, run\.x\[2,:\], or a column of 3, run\.x\[:,2\]; write'
+    with pytest.raises(ImportFileError, match='read in two ways: .*' + both):
+        file.column('run.x[2]')
+    with pytest.raises(ImportFileError, match=r'colon for the samples, such as cube\[:,1,1\]'):
+        file.column('cube')
+    with pytest.raises(ImportFileError, match='complex numbers'):
+        file.column('z')
+    for key in ('sig[4,:]', 'sig[:,0]', 'sig[:,:]', 'sig[1,1]', 'sig[:]', 'line[2,:]', 'sig[1:2]'):
+        with pytest.raises(ImportFileError, match='no series of numbers'):
+            file.column(key)
+
+
 def test_the_layout_of_mfpt_is_known(tmp_path: Path) -> None:
     path = tmp_path / 'x.mat'
     bearing = {'sr': 48828, 'gs': np.arange(4.0)[:, np.newaxis], 'load': 25, 'rate': 25}

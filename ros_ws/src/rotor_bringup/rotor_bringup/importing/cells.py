@@ -87,7 +87,9 @@ def read_lines(path: Path) -> list[str]:
 
 def without_comment(line: str) -> str:
     """Return the line without what follows #, and nothing of a line that starts with %."""
-    return _COMMENT.sub('', line).strip(' ')
+    if '#' in line or '%' in line:
+        line = _COMMENT.sub('', line)
+    return line.strip(' ')
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:

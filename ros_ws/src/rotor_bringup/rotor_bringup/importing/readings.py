@@ -151,10 +151,10 @@ def _check_line_above(table: Table, lines: Sequence[str]) -> None:
 
 def _check_first_row(table: Table, lines: Sequence[str], *, named: bool) -> None:
     """Refuse a first row that may be names or settings: other numbers than all that follow."""
-    rows = (cells for _, cells in table.rows(lines) if table.is_row(cells))
-    first = [kind_of(cell) for cell in next(rows, [])]
+    first = [kind_of(cell) for cell in table.cells(lines[table.first])]
+    rows = (cells for _, cells in islice(table.rows(lines), 1, None) if table.is_row(cells))
     following = list(islice(rows, STEADY_ROWS - 1))
-    numbers = [first[column] for column in table.numbers] if first else []
+    numbers = [first[column] for column in table.numbers]
     if set(numbers) <= {Kind.NOT_FINITE, Kind.EMPTY}:
         suspicious = not named
     elif len(following) == STEADY_ROWS - 1 and set(first) <= {Kind.WHOLE, Kind.EMPTY}:

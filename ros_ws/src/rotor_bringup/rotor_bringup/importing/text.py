@@ -126,10 +126,10 @@ class TextFile:
             return found.pop()
         what = f'no column {key!r}'
         if found:
-            what = f'more than one column of the name {key!r}'
+            places = ', '.join(str(index + 1) for index in sorted(found))
+            what = f'more than one column of the name {key!r} ({places})'
             if numbered:
-                what = f'a column {key} and another of that name'
-            what += ' (' + ', '.join(str(index + 1) for index in sorted(found)) + ')'
+                what = f'a column {key} and another named {key!r} ({places}), so rename it there'
         names = ', without names'
         if self._names:
             names = ', named ' + ' or '.join(listed(names) for names in self._names)
