@@ -30,6 +30,7 @@ from vibration_monitor.recording import RecordingWriter
 BLOCK_SAMPLES = 256
 RATES_HZ = (1, 1_000_000)
 UNKNOWN = 'unknown'
+_MUCH_MISSING = 0.05
 _FAR_OFF, _FEWEST_OTHERS = 20.0, 10
 
 ACCELERATION_UNITS = {'m/s^2': 1.0, 'mm/s^2': 1e-3, 'g': 9.80665}
@@ -241,7 +242,8 @@ def _shaft(
             )
         shaft = from_tacho(signal, rate_hz, plan.pulses_per_revolution, plan.tacho)
         pulses = plan.pulses_per_revolution
-        return shaft, f'tacho column {plan.tacho}, {pulses} a revolution'
+        how = ', threshold following the height of the pulses' if shaft.follows_height else ''
+        return shaft, f'tacho column {plan.tacho}, {pulses} a revolution{how}'
     speed_hz, where = plan.speed_hz, 'constant speed, given'
     if speed_hz is None:
         speed_hz, where = file.stated.speed_hz, 'constant speed, as the file states it'
@@ -350,6 +352,12 @@ def _warnings(
         found.append(
             f'{shaft.doubtful_intervals} intervals of the tacho are doubtful; the angle is missing '
             'there'
+        )
+    missing = int(np.count_nonzero(np.isnan(shaft.angle_rad))) if shaft is not None else 0
+    if missing > _MUCH_MISSING * len(rows):
+        found.append(
+            f'the angle is missing in {missing} of {len(rows)} samples ({missing / len(rows):.0%}):'
+            ' there are no pulses of the tacho there, or they are too small or too uneven to count'
         )
     for name, description in described.items():
         if description['unit'] == UNKNOWN:
