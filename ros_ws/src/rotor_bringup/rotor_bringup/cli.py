@@ -209,6 +209,9 @@ def analyze(
     for name, median, largest in analysis.highlights():
         table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
     Console().print(table)
+    if analysis.samples is not None:
+        Console().print(analysis.samples.table())
+        Console().print(f'no window: {analysis.samples.reason}', soft_wrap=True, highlight=False)
     Console().print(f'monitor: {analysis.state.conclusion()}', soft_wrap=True, highlight=False)
 
 

@@ -125,8 +125,10 @@ def _speed_text(shaft: dict[str, Any]) -> str:
 def _layout_text(layout: dict[str, Any]) -> str:
     if not layout:
         return ''
+    one = layout['delimiter'] == 'none'
+    cells = 'one column' if one else f'cells divided by {layout["delimiter"]}'
     return (
-        f'\nread: lines {layout["first_line"]} to {layout["last_line"]}, divided by '
-        f'{layout["delimiter"]}, decimal {layout["decimal"]}; left out: '
+        f'\nread: lines {layout["first_line"]} to {layout["last_line"]}, '
+        f'{cells}, decimal {layout["decimal"]}; left out: '
         f'{layout["lines_left_out_above"]} lines above, {layout["lines_left_out_below"]} below'
     )

@@ -177,7 +177,8 @@ def _doubtful(intervals: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which intervals differ from a neighbour by more than `STEADY`."""
     ratio = intervals[1:] / intervals[:-1]
     jump = (ratio > STEADY) | (ratio < 1 / STEADY)
-    return np.append(jump, False) | np.append(False, jump)
+    doubtful: NDArray[np.bool_] = np.append(jump, False) | np.append(False, jump)
+    return doubtful
 
 
 def _range(
