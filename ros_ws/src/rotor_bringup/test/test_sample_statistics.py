@@ -20,7 +20,9 @@ COUNT = 32_768
 """A file of XJTU-SY: 1.28 s."""
 
 
-def analyzed(tmp_path: Path, columns: list[NDArray[np.float64]], speed_hz: float | None) -> Analysis:
+def analyzed(
+    tmp_path: Path, columns: list[NDArray[np.float64]], speed_hz: float | None
+) -> Analysis:
     path, out = tmp_path / 'x.txt', tmp_path / 'x.mcap'
     np.savetxt(path, np.column_stack(columns), fmt='%.6f')
     names = ('brg1_ay', 'brg1_az', 'gap_y')[: len(columns)]
