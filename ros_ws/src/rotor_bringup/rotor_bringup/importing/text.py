@@ -163,6 +163,7 @@ class TextFile:
             ImportFileError: a row has more or fewer cells, or rows follow what is no row.
 
         """
+        last = self._table.first
         stop: int | None = None
         for index, cells in self._table.rows(self._lines):
             row = self._table.is_row(cells)
