@@ -23,8 +23,6 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from rotor_bringup.importing.convert import ImportPlan, convert
-from rotor_interfaces.messages import sample_stamp_ns
-from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor import IndicatorRecord, MonitorConfig, VibrationMonitor
 from vibration_monitor.envelope import EnvelopeSpectrum, envelope_spectrum
 from vibration_monitor.spectrum import weighted
@@ -66,17 +64,11 @@ def shaft_speed(signal: Real, rate_hz: float, envelope: EnvelopeSpectrum) -> flo
     return float(speeds[np.argmax(score)])
 
 
-def blocks(rows: NDArray[np.void], rate_hz: int) -> Any:
-    """Yield the rows as blocks of the contract."""
-    for first in range(0, len(rows), 256):
-        yield WaveformBlock(sample_stamp_ns(0, first, rate_hz), rows[first : first + 256])
-
-
 def judged(plan: ImportPlan, config: MonitorConfig) -> list[IndicatorRecord]:
     """Return what the monitor says about a file."""
     imported = convert(plan)
     monitor = VibrationMonitor(config)
-    return [r for block in blocks(imported.rows, imported.rate_hz) for r in monitor.push(block)]
+    return [r for block in imported.blocks() for r in monitor.push(block)]
 
 
 def mfpt(folder: Path, images: Path) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from rotor_bringup.display import RunState, shown_channel
 from rotor_bringup.errors import ScenarioError
 from rotor_bringup.pipeline import analyze_blocks
+from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
@@ -33,12 +34,16 @@ HIGHLIGHTS = (
 
 @dataclass(frozen=True)
 class Analysis:
-    """What the monitor said about one recording; `damage` are sentences about what is missing."""
+    """What the monitor said about one recording; `damage` are sentences about what is missing.
+
+    `samples` is there where no window is valid.
+    """
 
     records: list[IndicatorRecord]
     state: RunState
     damage: list[str]
     lost_samples: int
+    samples: SampleStatistics | None = None
 
     def highlights(self) -> Iterator[tuple[str, float, float]]:
         """Yield name, median and largest value over the valid windows (SI units)."""
@@ -53,6 +58,7 @@ class Analysis:
 
     def summary(self) -> dict[str, Any]:
         """Return the summary for --json."""
+        short = self.samples
         return {
             **self.state.as_dict(),
             'lost_samples': self.lost_samples,
@@ -61,6 +67,7 @@ class Analysis:
                 name: {'median': median, 'largest': largest}
                 for name, median, largest in self.highlights()
             },
+            **({'no_window': short.reason, 'sample_statistics': short.as_dict()} if short else {}),
         }
 
 
@@ -104,8 +111,12 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
             f'the sample index falls back {runs} times: another run begins there, and times count '
             'from its first sample'
         )
+    samples = None
+    if not any(record.valid for record in records):
+        fault = records[-1].reason if records else str(monitor.status()['last fault'])
+        samples = sample_statistics(path, monitor.config, fault, waveform_topic)
     return Analysis(
-        records, state, list(recording.damage), int(monitor.status()['lost samples [1]'])
+        records, state, list(recording.damage), int(monitor.status()['lost samples [1]']), samples
     )
 
 

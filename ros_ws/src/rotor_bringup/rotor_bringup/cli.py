@@ -208,10 +208,14 @@ def analyze(
     if as_json:
         _print_json(analysis.summary())
         return
-    table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
-    for name, median, largest in analysis.highlights():
-        table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
-    Console().print(table)
+    if analysis.samples is None:
+        table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
+        for name, median, largest in analysis.highlights():
+            table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
+        Console().print(table)
+    else:
+        Console().print(analysis.samples.table())
+        Console().print(f'no window: {analysis.samples.reason}', soft_wrap=True, highlight=False)
     Console().print(f'monitor: {analysis.state.conclusion()}', soft_wrap=True, highlight=False)
 
 

@@ -89,6 +89,17 @@ def test_a_given_speed_and_a_tacho_say_the_same(plan: ImportPlan) -> None:
     assert shaft['from'] == 'tacho column tacho, 1 a revolution'
 
 
+def test_a_tacho_that_covers_a_part_is_warned_about(tmp_path: Path) -> None:
+    path = tmp_path / 'x.txt'
+    tacho = np.where(TIME < 0.25, 0.0, np.sin(ANGLE))
+    np.savetxt(path, np.column_stack([SIGNAL, tacho]))
+    imported = convert(ImportPlan(path, {'brg1_ay': '1'}, {'': 'g'}, rate_hz=2000.0, tacho='2'))
+    missing = imported.config['import']['shaft']['samples_without_angle']
+    assert 500 < missing < 700
+    words = f'the angle is missing in {missing} of 1000 samples'
+    assert [words in sentence for sentence in imported.warnings] == [True]
+
+
 def test_four_pulses_a_revolution_are_a_quarter_of_the_speed(plan: ImportPlan) -> None:
     shaft = convert(changed(plan, tacho='4', pulses_per_revolution=4)).config['import']['shaft']
     assert shaft['fastest_hz'] == pytest.approx(5.0, rel=1e-4)
@@ -138,6 +149,8 @@ def test_the_recording_says_what_it_is(plan: ImportPlan, tmp_path: Path) -> None
     epoch_ns = blocks[0].stamp_ns
     for block in blocks:
         assert block.stamp_ns == sample_stamp_ns(epoch_ns, block.first_sample, RATE_HZ)
+        # the contract: since this message's stamp
+        np.testing.assert_array_equal(block.rows['time'], np.arange(len(block.rows)) / RATE_HZ)
     assert recording.find(topics.CONFIG) == '/rotor/config'
     again = tmp_path / 'again.mcap'
     write(imported, again)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from rotor_bringup.errors import ImportFileError
-from rotor_bringup.importing.files import ForeignFile, open_file
+from rotor_bringup.importing.files import open_file
+from rotor_bringup.importing.foreign import ForeignFile
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -58,15 +59,15 @@ def test_a_column_of_words_stands_beside_numbers(tmp_path: Path) -> None:
         ('', '1', 'holds no line of numbers'),
         ('# only\n% comments\n', '1', 'holds no line of numbers'),
         ('one two\nthree four\n', '1', 'holds no line of numbers'),
-        ('0,5;0,7\n0,6;0,8\n', '1', 'decimals by a point'),
         ('1 2\n3 4\n', '3', "no column '3'; it has 1 to 2, without names"),
         ('1 2\n3 4\n', '0', "no column '0'"),
         ('1 2\n3 4\n', '-1', "no column '-1'"),
         ('a,b\n1,2\n', 'c', 'it has 1 to 2, named a, b'),
         ('a,a\n1,2\n', 'a', "more than one column of the name 'a'"),
-        ('1,2\n3,x\n', '2', "column 2 of .* is not all numbers: .*'x'.* row 1"),
-        ('1,2\n3\n', '2', 'not all numbers'),
-        ('1,2\n3,\n', '2', 'written nan'),
+        ('1,2.5\n3,x\n', '2', "column 2 of .* is not all numbers: line 2 holds 'x'"),
+        ('1,2.5\n3\n', '2', 'line 2 .* has 1 cells, the rows above 2'),
+        ('1,2\n3\n', '2', 'two columns or one with a decimal comma'),
+        ('1,2.5\n3,\n', '2', 'written nan'),
     ],
 )
 def test_text_that_does_not_serve_ends_in_one_sentence(
@@ -127,7 +128,35 @@ def test_what_is_no_series_of_numbers_is_refused(mat_file: ForeignFile, key: str
     with pytest.raises(ImportFileError, match='no series of numbers') as refused:
         mat_file.column(key)
     assert 'X097_DE_time (5,), run.data (6, 2)' in str(refused.value)
-    assert ('take one of its columns, run.data[1]' in str(refused.value)) == (key == 'run.data')
+    hint = 'take one of its columns, run.data[:,1], or one of its rows, run.data[1,:]'
+    assert (hint in str(refused.value)) == (key == 'run.data')
+
+
+def test_rows_and_columns_of_a_matrix_are_asked_for_alike(tmp_path: Path) -> None:
+    path = tmp_path / 'x.mat'
+    wide = np.arange(3 * 40.0).reshape(3, 40)
+    cube = np.arange(2 * 30 * 3).reshape(2, 30, 3)
+    line = np.arange(9.0)[np.newaxis]
+    savemat(path, {'sig': wide, 'cube': cube, 'line': line, 'run': {'x': wide}, 'z': wide * 1j})
+    file = open_file(path)
+    np.testing.assert_array_equal(file.column('sig[1,:]'), wide[0])
+    np.testing.assert_array_equal(file.column('run.x[3, :]'), wide[2])
+    np.testing.assert_array_equal(file.column('sig[:,40]'), wide[:, 39])
+    np.testing.assert_array_equal(file.column('cube[2,:,3]'), cube[1, :, 2])
+    for key in ('line', 'line[1,:]', 'line[:,1]', 'line[:]'):
+        np.testing.assert_array_equal(file.column(key), line[0])
+    with pytest.raises(ImportFileError, match=r'take one of its rows, sig\[1,:\], or'):
+        file.column('sig')
+    both = r'can be a row of 40 samples, run\.x\[2,:\], or a column of 3, run\.x\[:,2\]; write'
+    with pytest.raises(ImportFileError, match='read in two ways: .*' + both):
+        file.column('run.x[2]')
+    with pytest.raises(ImportFileError, match=r'colon for the samples, such as cube\[:,1,1\]'):
+        file.column('cube')
+    with pytest.raises(ImportFileError, match='complex numbers'):
+        file.column('z')
+    for key in ('sig[4,:]', 'sig[:,0]', 'sig[:,:]', 'sig[1,1]', 'sig[:]', 'line[2,:]', 'sig[1:2]'):
+        with pytest.raises(ImportFileError, match='no series of numbers'):
+            file.column(key)
 
 
 def test_the_layout_of_mfpt_is_known(tmp_path: Path) -> None:

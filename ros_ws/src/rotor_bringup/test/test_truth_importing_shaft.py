@@ -104,14 +104,80 @@ def test_noise_below_the_hysteresis_makes_no_pulse() -> None:
     assert len(pulse_times(np.sin(angle + 1.5))) == 90
 
 
+def pickup(angle: NDArray[np.float64], kind: str) -> NDArray[np.float64]:
+    """Return pulses of a magnetic pick-up, whose height is in proportion to the speed."""
+    turns = (angle / (2 * np.pi) + 0.5) % 1.0 - 0.5
+    if kind == 'one-sided':
+        shape = np.exp(-((turns / 0.06) ** 2))
+    else:
+        shape = (-1 if kind == 'up then down' else 1) * turns * np.exp(-((turns / 0.06) ** 2))
+    noise = 2e-4 * np.random.default_rng(2).standard_normal(len(angle))
+    return np.gradient(angle) * shape + (noise if kind == 'one-sided' else 0.02 * noise)
+
+
+@pytest.mark.parametrize('kind', ['one-sided', 'up then down', 'down then up'])
+@pytest.mark.parametrize('backwards', [False, True])
+def test_pulses_that_grow_with_the_speed_are_followed(kind: str, backwards: bool) -> None:
+    angle = chirp(4.0, 1.2)
+    if backwards:
+        angle = (angle[-1] - angle)[::-1]
+    shaft = from_tacho(pickup(angle, kind), RATE_HZ, 1, '2')
+    assert shaft.follows_height
+    assert shaft.doubtful_intervals == 0
+    assert shaft.slowest_hz == pytest.approx(4.2, abs=0.25)  # the first interval is a second long
+    assert shaft.fastest_hz == pytest.approx(40.0, rel=0.05)
+    known = np.isfinite(shaft.angle_rad)
+    assert np.count_nonzero(~known) < 2 * RATE_HZ / 4.0
+    turns = (shaft.angle_rad - angle)[known] / (2 * np.pi)
+    # a place on the pulse, the same on all: 1 % of a revolution and, at 32 samples a
+    # revolution, a fifth of a sample
+    assert np.ptp(turns) < 0.02
+
+
+@pytest.mark.parametrize('rest', [0.0, 0.02, 0.2])
+def test_what_a_tacho_at_rest_picks_up_is_no_pulse(rest: float) -> None:
+    angle = 2 * np.pi * 25.0 * TIME
+    turning = TIME > 15.0
+    hum = rest * np.sin(2 * np.pi * 50.0 * TIME)
+    noise = rest / 4 * np.random.default_rng(3).standard_normal(len(TIME))
+    shaft = from_tacho(np.where(turning, pulses(angle, 1, 0.1), hum + noise), RATE_HZ, 1, '2')
+    assert not shaft.follows_height
+    assert shaft.slowest_hz > 24.0
+    assert shaft.fastest_hz < 26.0
+    assert np.isnan(shaft.angle_rad[~turning]).all()
+    assert np.isfinite(shaft.angle_rad[TIME > 15.1]).mean() > 0.99
+
+
+def test_one_outlier_hides_no_pulse() -> None:
+    angle = chirp(20.0, 0.0)
+    signal = pulses(angle, 1, 0.1)
+    signal[20_003] = 40.0
+    shaft = from_tacho(signal, RATE_HZ, 1, '2')
+    assert np.isfinite(shaft.angle_rad).mean() > 0.98
+    turns = (shaft.angle_rad - angle)[np.abs(np.arange(len(angle)) - 20_003) > RATE_HZ] / (
+        2 * np.pi
+    )
+    turns = turns[np.isfinite(turns)]
+    assert np.abs(turns - np.round(turns)).max() < 20.0 / RATE_HZ
+
+
+def test_too_many_pulses_for_one_a_revolution_are_refused() -> None:
+    teeth = np.sin(60 * chirp(5.0, 0.0))
+    assert from_tacho(teeth, RATE_HZ, 60, '2').fastest_hz == pytest.approx(5.0, rel=0.02)
+    with pytest.raises(
+        ImportFileError, match=r'gives 30\d\.?\d* Hz, more than a sixth .* 213\.333 Hz'
+    ):
+        from_tacho(teeth, RATE_HZ, 1, '2')
+
+
 @pytest.mark.parametrize(
     ('signal', 'words'),
     [
-        (np.zeros(100), 'rises 0 times'),
-        (np.sin(np.arange(20) / 2), 'rises 1 times'),
+        (np.zeros(100), 'passes 0 times'),
+        (np.sin(np.arange(20) / 2), 'passes 1 times'),
         (np.append(np.sin(np.arange(100)), math.nan), '1 samples without a number'),
         (np.repeat([0, 1] * 4, [1, 1, 3, 1, 20, 1, 90, 1]), 'no steady pace'),
-        (np.empty(0), 'rises 0 times'),
+        (np.empty(0), 'passes 0 times'),
     ],
 )
 def test_what_is_no_tacho_is_refused(signal: NDArray[np.float64], words: str) -> None:

@@ -4,7 +4,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -27,7 +27,7 @@ def add_command(
             typer.Option(
                 metavar='NAME=COLUMN',
                 help='What a column is, such as brg1_ay=1; COLUMN is a number from 1 or a name, '
-                'in a .mat file the path of a variable such as data.gs or x[2].',
+                'in a .mat file the path of a variable such as data.gs or x[:,2].',
             ),
         ] = None,
         unit: Annotated[
@@ -51,6 +51,13 @@ def add_command(
         pulses_per_revolution: Annotated[
             int, typer.Option(help='Pulses, or periods of the sine, in a revolution.')
         ] = 1,
+        decimal: Annotated[
+            Literal['point', 'comma'] | None,
+            typer.Option(help='Decimal sign of a text, where it can be read in two ways.'),
+        ] = None,
+        first_line: Annotated[
+            int | None, typer.Option(help='Line of a text with the first sample, from 1.')
+        ] = None,
         source: Annotated[
             str, typer.Option(help='Where the file is from, its authors and licence.')
         ] = '',
@@ -75,6 +82,8 @@ def add_command(
             tacho=tacho,
             pulses_per_revolution=pulses_per_revolution,
             source=source,
+            decimal=decimal,
+            first_line=first_line,
         )
         imported = convert(plan)
         write(imported, out)
@@ -86,7 +95,8 @@ def add_command(
             console.print(f'warning: {sentence}', style='yellow', soft_wrap=True, markup=False)
         console.print(
             f'recording: {out}\n{found["samples"]} samples at {found["rate_hz"]} Hz of '
-            f'{", ".join(found["channels"])}; shaft: {_speed_text(found["shaft"])}',
+            f'{", ".join(found["channels"])}; shaft: {_speed_text(found["shaft"])}'
+            f'{_layout_text(found["layout"])}',
             soft_wrap=True,
             highlight=False,
             markup=False,
@@ -110,3 +120,15 @@ def _speed_text(shaft: dict[str, Any]) -> str:
     if 'slowest_hz' not in shaft:
         return 'not known'
     return f'{shaft["slowest_hz"]:.4g} to {shaft["fastest_hz"]:.4g} Hz ({shaft["from"]})'
+
+
+def _layout_text(layout: dict[str, Any]) -> str:
+    if not layout:
+        return ''
+    one = layout['delimiter'] == 'none'
+    cells = 'one column' if one else f'cells divided by {layout["delimiter"]}'
+    return (
+        f'\nread: lines {layout["first_line"]} to {layout["last_line"]}, '
+        f'{cells}, decimal {layout["decimal"]}; left out: '
+        f'{layout["lines_left_out_above"]} lines above, {layout["lines_left_out_below"]} below'
+    )

@@ -5,7 +5,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_bringup.errors import ImportFileError
-from rotor_bringup.importing.files import ForeignFile, open_file
+from rotor_bringup.importing.files import open_file
+from rotor_bringup.importing.foreign import ForeignFile
 from rotor_bringup.importing.shaft import Shaft, constant_speed, from_tacho
+from rotor_bringup.importing.table import Decimal
 from rotor_bringup.scenario import OFFLINE_EPOCH_NS, versions
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
@@ -28,6 +30,8 @@ from vibration_monitor.recording import RecordingWriter
 BLOCK_SAMPLES = 256
 RATES_HZ = (1, 1_000_000)
 UNKNOWN = 'unknown'
+_MUCH_MISSING = 0.05
+_FAR_OFF, _FEWEST_OTHERS = 20.0, 10
 
 ACCELERATION_UNITS = {'m/s^2': 1.0, 'mm/s^2': 1e-3, 'g': 9.80665}
 """In m/s^2; g is the standard gravity of ISO 80000-3."""
@@ -53,16 +57,24 @@ class ImportPlan:
     tacho: str | None = None
     pulses_per_revolution: int = 1
     source: str = ''
+    decimal: Decimal | None = None
+    first_line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A converted file: `rows` as in `rotor/waveform`, and what goes into `rotor/config`."""
+    """A converted file: `rows` of all blocks of `rotor/waveform`, and what `rotor/config` says."""
 
     rows: NDArray[np.void]
     rate_hz: int
     config: dict[str, Any]
     warnings: tuple[str, ...]
+
+    def blocks(self, epoch_ns: int = OFFLINE_EPOCH_NS) -> Iterator[WaveformBlock]:
+        """Yield the blocks of 256 rows, the last one shorter, with stamps from `epoch_ns` on."""
+        for first in range(0, len(self.rows), BLOCK_SAMPLES):
+            stamp_ns = sample_stamp_ns(epoch_ns, first, self.rate_hz)
+            yield WaveformBlock(stamp_ns, self.rows[first : first + BLOCK_SAMPLES], ROTOR_FRAME)
 
 
 def convert(plan: ImportPlan) -> Imported:
@@ -77,7 +89,7 @@ def convert(plan: ImportPlan) -> Imported:
 
     """
     _check_names(plan)
-    file = open_file(plan.path)
+    file = open_file(plan.path, plan.decimal, plan.first_line)
     channels = dict(plan.channels or file.stated.channels)
     if not channels:
         raise ImportFileError(
@@ -101,6 +113,7 @@ def convert(plan: ImportPlan) -> Imported:
             'file': plan.path.name,
             'sha256': hashlib.sha256(plan.path.read_bytes()).hexdigest(),
             'format': file.format,
+            'layout': dict(file.layout),
             'source': plan.source or UNKNOWN,
             'samples': count,
             'rate_hz': rate_hz,
@@ -109,7 +122,7 @@ def convert(plan: ImportPlan) -> Imported:
             'shaft': {'from': shaft_from, **_speeds(shaft)},
             'load': UNKNOWN,
             'file_says': dict(file.facts),
-            'note': 'time 0 is the first sample; stamps count from an arbitrary epoch',
+            'note': 'stamps count from an arbitrary epoch; time is since the stamp of its message',
         },
         'versions': versions(),
         'column_units': _column_units(units, with_angle=shaft is not None),
@@ -129,13 +142,10 @@ def write(imported: Imported, out: Path) -> None:
     check_out(out)
     with RecordingWriter.single_file(out, config=imported.config) as writer:
         text = messages.string(OFFLINE, json.dumps(imported.config, sort_keys=True))
-        epoch_ns = OFFLINE_EPOCH_NS
-        writer.write(topics.CONFIG, messages.to_cdr(text), epoch_ns, epoch_ns)
-        for first in range(0, len(imported.rows), BLOCK_SAMPLES):
-            stamp_ns = sample_stamp_ns(epoch_ns, first, imported.rate_hz)
-            rows = imported.rows[first : first + BLOCK_SAMPLES]
-            message = encode(WaveformBlock(stamp_ns, rows, ROTOR_FRAME), OFFLINE)
-            writer.write(topics.WAVEFORM, messages.to_cdr(message), stamp_ns, stamp_ns)
+        writer.write(topics.CONFIG, messages.to_cdr(text), OFFLINE_EPOCH_NS, OFFLINE_EPOCH_NS)
+        for block in imported.blocks():
+            message = messages.to_cdr(encode(block, OFFLINE))
+            writer.write(topics.WAVEFORM, message, block.stamp_ns, block.stamp_ns)
 
 
 def check_out(out: Path) -> None:
@@ -232,7 +242,8 @@ def _shaft(
             )
         shaft = from_tacho(signal, rate_hz, plan.pulses_per_revolution, plan.tacho)
         pulses = plan.pulses_per_revolution
-        return shaft, f'tacho column {plan.tacho}, {pulses} a revolution'
+        how = ', threshold following the height of the pulses' if shaft.follows_height else ''
+        return shaft, f'tacho column {plan.tacho}, {pulses} a revolution{how}'
     speed_hz, where = plan.speed_hz, 'constant speed, given'
     if speed_hz is None:
         speed_hz, where = file.stated.speed_hz, 'constant speed, as the file states it'
@@ -301,13 +312,23 @@ def _rows(
     count = len(next(iter(columns.values())))
     rows = np.empty(count, [*kinds, *((name, '<f4') for name in columns)])
     rows['sample'] = np.arange(count)
-    rows['time'] = rows['sample'] / rate_hz
+    rows['time'] = rows['sample'] % BLOCK_SAMPLES / rate_hz  # since the stamp of its message
     if shaft is not None:
         rows['angle'] = shaft.angle_rad
     for name, values in columns.items():
         with np.errstate(over='ignore'):  # beyond float32: infinite, which no indicator takes
             rows[name] = values * units[name][1]
     return rows
+
+
+def _stands_alone(values: NDArray[np.float32]) -> bool:
+    """Say whether the first value lies far from all others, as a setting above them would."""
+    others = values[1:][np.isfinite(values[1:])].astype(np.float64)
+    if len(others) < _FEWEST_OTHERS:
+        return False
+    middle = float(np.median(others))
+    reach = float(np.abs(others - middle).max())
+    return bool(abs(float(values[0]) - middle) > _FAR_OFF * reach > 0)
 
 
 def _warnings(
@@ -317,7 +338,7 @@ def _warnings(
     shaft_from: str,
     described: Mapping[str, Mapping[str, Any]],
 ) -> tuple[str, ...]:
-    found = []
+    found = list(file.warnings)
     if shaft is None:
         found.append(
             'the shaft angle is not known, so there are no orders; give --speed-hz or --tacho'
@@ -332,10 +353,21 @@ def _warnings(
             f'{shaft.doubtful_intervals} intervals of the tacho are doubtful; the angle is missing '
             'there'
         )
+    missing = int(np.count_nonzero(np.isnan(shaft.angle_rad))) if shaft is not None else 0
+    if missing > _MUCH_MISSING * len(rows):
+        found.append(
+            f'the angle is missing in {missing} of {len(rows)} samples ({missing / len(rows):.0%}):'
+            ' there are no pulses of the tacho there, or they are too small or too uneven to count'
+        )
     for name, description in described.items():
         if description['unit'] == UNKNOWN:
             found.append(f'the unit of {name} is not known, so its numbers stay as they are')
         lost = int(np.count_nonzero(~np.isfinite(rows[name])))
         if lost:
             found.append(f'{name} has {lost} samples without a number')
+        if _stands_alone(rows[name]):
+            found.append(
+                f'the first sample of {name} lies {_FAR_OFF:g} times farther off than any other; '
+                'if it is a setting and no sample, take it out of the file'
+            )
     return tuple(found)

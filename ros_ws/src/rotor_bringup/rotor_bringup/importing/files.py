@@ -4,54 +4,31 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rotor_bringup.errors import ImportFileError
+from rotor_bringup.importing.foreign import NAMES_SHOWN, Column, ForeignFile, Stated, listed
 from rotor_bringup.importing.matlab import load_mat
+from rotor_bringup.importing.table import Decimal
+from rotor_bringup.importing.text import TextFile
 
-Column = NDArray[np.float64]
-
-_DELIMITERS = ('\t', ';', ',', None)
-"""None is any run of blanks."""
-
-_DECIMAL_COMMA = re.compile(r'\s*\d+[;\s]+[-+]?\d+\s*')
-"""What stands between the commas of 0,5;0,7."""
-
-_HEADER_LINES = 100
-_NAMES_SHOWN = 12
 _MOST_FACTS = 100
 _LONGEST_FACT = 200
 
 
-@dataclass(frozen=True)
-class Stated:
-    """What a file of a known layout says about itself; options of the command go before it."""
-
-    channels: Mapping[str, str] = field(default_factory=dict)
-    unit: str | None = None
-    rate_hz: float | None = None
-    speed_hz: float | None = None
-
-
-class ForeignFile(Protocol):
-    """A file whose columns can be asked for."""
-
-    format: str
-    stated: Stated
-    facts: Mapping[str, str | float]
-    """Single numbers and words that stand in the file, for the record."""
-
-    def column(self, key: str) -> Column:
-        """Return a column (samples,); raises ImportFileError if there is none of that name."""
-
-
-def open_file(path: Path) -> ForeignFile:
+def open_file(
+    path: Path, decimal: Decimal | None = None, first_line: int | None = None
+) -> ForeignFile:
     """Return the file: MATLAB where the name ends in .mat, else delimited text.
+
+    Args:
+        path: the file.
+        decimal: decimal sign of a text; None: found, and refused where it could be either.
+        first_line: number of the line of a text with the first sample, from 1; None: found.
 
     Raises:
         ImportFileError: it cannot be read, or is not of that kind.
@@ -62,85 +39,21 @@ def open_file(path: Path) -> ForeignFile:
     try:
         with path.open('rb'):  # says what the system says, scipy does not
             pass
-        return MatFile(path) if path.suffix.lower() == '.mat' else TextFile(path)
+        if path.suffix.lower() != '.mat':
+            return TextFile(path, decimal, first_line)
+        if decimal is not None or first_line is not None:
+            raise ImportFileError(f'--decimal and --first-line are for texts, not for {path}')
+        return MatFile(path)
     except OSError as error:
         raise ImportFileError(f'{path} cannot be read: {error.strerror or error}') from None
-
-
-class TextFile:
-    """Delimited text: the delimiter is found, lines before the first one of numbers are left out.
-
-    The last of those gives the names if it has as many cells; # and % start comments. A column
-    is asked for by its number from 1 or by its name. A lost sample is written nan.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.format = 'delimited text'
-        self.stated = Stated()
-        self.facts: Mapping[str, str | float] = {}
-        self._path = path
-        data = path.read_bytes()
-        if b'\0' in data:
-            raise ImportFileError(f'{path} is no text; of binary files only .mat is read')
-        self._lines = data.decode('utf-8-sig', 'replace').splitlines()
-        self._start, self._delimiter, self._width = self._first_line_of_numbers()
-        self.names = self._header()
-
-    def column(self, key: str) -> Column:
-        """Return a column by number from 1 or by name."""
-        index = self._index(key)
-        try:
-            return np.loadtxt(
-                self._lines[self._start :],
-                delimiter=self._delimiter,
-                comments='#',
-                usecols=index,
-                quotechar='"',
-                ndmin=1,
-            )
-        except ValueError as error:
-            raise ImportFileError(
-                f'column {key} of {self._path} is not all numbers: {str(error).rstrip(".;")} '
-                f'(rows count from 0 at line {self._start + 1}; a lost sample is written nan)'
-            ) from None
-
-    def _index(self, key: str) -> int:
-        if self.names.count(key) == 1:
-            return self.names.index(key)
-        if key.isascii() and key.isdigit() and 1 <= int(key) <= self._width:
-            return int(key) - 1
-        twice = ' more than one column of the name' if key in self.names else ' no column'
-        named = f', named {_listed(self.names)}' if self.names else ', without names'
-        raise ImportFileError(f'{self._path} has{twice} {key!r}; it has 1 to {self._width}{named}')
-
-    def _first_line_of_numbers(self) -> tuple[int, str | None, int]:
-        """Return number of the line, delimiter, number of cells."""
-        for number, line in enumerate(self._lines[:_HEADER_LINES]):
-            if not line.strip() or line.lstrip()[0] in '#%':
-                continue
-            found = [(_numbers(cells), len(cells), delimiter) for delimiter in _DELIMITERS
-                     for cells in [line.strip(' \r\n').split(delimiter)]]  # fmt: skip
-            numbers, width, delimiter = max(found, key=lambda split: split[0])
-            if delimiter == ',' and any(map(_DECIMAL_COMMA.fullmatch, line.split(','))):
-                break
-            if 2 * numbers >= width:
-                return number, delimiter, width
-        raise ImportFileError(
-            f'{self._path} holds no line of numbers among its first {_HEADER_LINES}; cells are '
-            'divided by tab, semicolon, comma or blanks, decimals by a point'
-        )
-
-    def _header(self) -> list[str]:
-        above = [line.strip(' #%\r\n') for line in self._lines[: self._start] if line.strip(' #%')]
-        cells = above[-1].split(self._delimiter) if above else []
-        return [cell.strip(' "\'') for cell in cells] if len(cells) == self._width else []
 
 
 class MatFile:
     """A MATLAB file up to version 7: a column is asked for by the path of its variable.
 
-    `bearing.gs` is a field of a struct, `data[2]` the second column of a matrix or element of a
-    struct array. The layout of MFPT (struct `bearing` with gs in g, sr and rate in Hz) is known.
+    `bearing.gs` is a field of a struct, `data[:,2]` the second column of a matrix, `data[2,:]` its
+    second row. `data[2]` is an element of a struct array, or the column of a matrix with more
+    rows than columns. MFPT's layout (struct `bearing`: gs in g, sr and rate in Hz) is known.
     """
 
     def __init__(self, path: Path) -> None:
@@ -151,23 +64,39 @@ class MatFile:
         self._arrays = [f'{name} {value.shape}' for name, value in leaves if value.ndim]
         self.facts: Mapping[str, str | float] = dict(_facts(leaves))
         self.stated = self._mfpt()
+        self.layout: Mapping[str, str | int] = {}
+        self.warnings: tuple[str, ...] = ()
 
     def column(self, key: str) -> Column:
         """Return a column by the path of its variable."""
         value: Any = self._variables
-        for part in key.split('.'):
-            match = re.fullmatch(r'(\w+)(?:\[(\d+)\])?', part, re.ASCII)
+        for part in re.split(r'\.(?![^[]*\])', key):
+            match = re.fullmatch(r'(\w+)(?:\[([\d:, ]+)\])?', part, re.ASCII)
             value = _member(value, match[1]) if match else None
             if match and match[2] and isinstance(value, np.ndarray):
-                value = _element(value, int(match[2]))
+                self._check_direction(key, part, value)
+                value = _element(value, match[2].replace(' ', '').split(','))
         if not isinstance(value, np.ndarray) or value.dtype.kind not in 'iufb' or value.ndim != 1:
-            what = f'a matrix of shape {value.shape}' if getattr(value, 'ndim', 0) == 2 else 'none'
-            hint = f'; take one of its columns, {key}[1]' if what != 'none' else ''
             raise ImportFileError(
-                f'{self._path} has no series of numbers {key!r} ({what}{hint}); it holds '
-                f'{_listed(self._arrays) or "no arrays"}'
+                f'{self._path} has no series of numbers {key!r} ({_described(value, key)}); it '
+                f'holds {listed(self._arrays) or "no arrays"}'
             )
         return value.astype(np.float64)
+
+    def _check_direction(self, key: str, part: str, value: NDArray[Any]) -> None:
+        """Refuse `x[2]` of a matrix that has no more rows than columns: it may be either."""
+        name, _, number = part.rstrip(']').partition('[')
+        if value.ndim != 2 or value.dtype == object or not number.isdigit():
+            return
+        rows, columns = value.shape
+        if rows > columns:
+            return
+        path = key.removesuffix(part) + name
+        raise ImportFileError(
+            f'{self._path} can be read in two ways: {key} of a matrix of {rows} x {columns} can be '
+            f'a row of {columns} samples, {path}[{number},:], or a column of {rows}, '
+            f'{path}[:,{number}]; write which'
+        )
 
     def _mfpt(self) -> Stated:
         bearing = self._variables.get('bearing')
@@ -182,18 +111,6 @@ class MatFile:
         )
 
 
-def _numbers(cells: list[str]) -> int:
-    return sum(_is_number(cell) for cell in cells)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.strip(' "'))
-    except ValueError:
-        return False
-    return True
-
-
 def _member(value: Any, name: str) -> Any:
     """Return a variable of a file or a field of a struct, None where there is none."""
     if isinstance(value, Mapping):
@@ -201,12 +118,43 @@ def _member(value: Any, name: str) -> Any:
     return getattr(value, name, None) if name in getattr(value, '_fieldnames', ()) else None
 
 
-def _element(value: NDArray[Any], number: int) -> Any:
-    """Return a column of a matrix or an element of a struct array by its number from 1."""
-    count = value.shape[-1] if value.ndim else 0
-    if not 1 <= number <= count:
+def _element(value: NDArray[Any], index: list[str]) -> Any:
+    """Return a part of an array: `2` a column or an element of a struct array, `1,:` a row.
+
+    Indices count from 1 and the colon stands for the samples, as in MATLAB; None where there is no
+    such part. A vector is read without its axis of length 1, so `1,:` and `:,1` are all of it.
+    """
+    if len(index) == 1 and index[0] != ':':
+        index = index if value.dtype == object else [*':' * (value.ndim - 1), *index]
+    if value.ndim == 1 and sorted(index) == ['1', ':']:
+        index = [':']
+    if len(index) != value.ndim:
         return None
-    return value[number - 1] if value.dtype == object else value[..., number - 1]
+    places: list[int | slice] = []
+    for number, length in zip(index, value.shape, strict=True):
+        if number == ':':
+            places.append(slice(None))
+        elif number.isdigit() and 1 <= int(number) <= length:
+            places.append(int(number) - 1)
+        else:
+            return None
+    return value[tuple(places)]
+
+
+def _described(value: Any, key: str) -> str:
+    """Return what stands there instead of a series, and how to ask for one."""
+    if not isinstance(value, np.ndarray) or not value.ndim:
+        return 'none'
+    if value.dtype.kind not in 'iufb':
+        return 'complex numbers' if value.dtype.kind == 'c' else 'no numbers'
+    size = ' x '.join(map(str, value.shape))
+    if value.ndim > 2:
+        index = ',1' * (value.ndim - 1)
+        return f'{size} numbers; write a colon for the samples, such as {key}[:{index}]'
+    ways = [f'one of its columns, {key}[:,1]', f'one of its rows, {key}[1,:]']
+    if value.shape[1] > value.shape[0]:
+        ways.reverse()
+    return f'a matrix of {size}; take {ways[0]}, or {ways[1]}'
 
 
 def _leaves(value: Any, name: str = '') -> Iterator[tuple[str, NDArray[Any]]]:
@@ -218,7 +166,7 @@ def _leaves(value: Any, name: str = '') -> Iterator[tuple[str, NDArray[Any]]]:
                 path = f'{name}.{field_name}' if name else field_name
                 yield from _leaves(_member(value, field_name), path)
     elif isinstance(value, np.ndarray) and value.dtype == object:
-        for number, element in enumerate(value.flat[:_NAMES_SHOWN], 1):
+        for number, element in enumerate(value.flat[:NAMES_SHOWN], 1):
             yield from _leaves(element, f'{name}[{number}]')
     else:
         yield name, np.asarray(value)
@@ -232,8 +180,3 @@ def _facts(leaves: list[tuple[str, NDArray[Any]]]) -> Iterator[tuple[str, str | 
             yield name, float(value)
         elif value.dtype.kind == 'U':
             yield name, str(value)[:_LONGEST_FACT]
-
-
-def _listed(names: list[str]) -> str:
-    more = f' and {len(names) - _NAMES_SHOWN} more' if len(names) > _NAMES_SHOWN else ''
-    return ', '.join(names[:_NAMES_SHOWN]) + more

@@ -1,0 +1,46 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""What every foreign file is to the importer: columns of numbers, and what it says of itself."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Column = NDArray[np.float64]
+
+NAMES_SHOWN = 12
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What a file of a known layout says about itself; options of the command go before it."""
+
+    channels: Mapping[str, str] = field(default_factory=dict)
+    unit: str | None = None
+    rate_hz: float | None = None
+    speed_hz: float | None = None
+
+
+class ForeignFile(Protocol):
+    """A file whose columns can be asked for."""
+
+    format: str
+    stated: Stated
+    facts: Mapping[str, str | float]
+    """Single numbers and words that stand in the file, for the record."""
+    layout: Mapping[str, str | int]
+    """How the file was read, for the record: what divides cells, first and last line."""
+    warnings: tuple[str, ...]
+    """Sentences about what was left out."""
+
+    def column(self, key: str) -> Column:
+        """Return a column (samples,); raises ImportFileError if there is none of that name."""
+
+
+def listed(names: list[str]) -> str:
+    """Return the first names as a list in a sentence."""
+    more = f' and {len(names) - NAMES_SHOWN} more' if len(names) > NAMES_SHOWN else ''
+    return ', '.join(names[:NAMES_SHOWN]) + more
