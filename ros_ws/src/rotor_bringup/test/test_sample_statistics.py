@@ -64,7 +64,7 @@ def test_the_reason_is_said_and_nothing_is_judged(short: Analysis) -> None:
     assert short.samples is not None
     assert short.samples.reason == 'the shaft turns 40.0 times, and a window takes 64 revolutions'
     assert not short.records
-    assert short.state.worst_level == 'STALE'
+    assert short.state.verdict == 'STALE'
 
 
 def test_without_an_angle_the_samples_still_speak(tmp_path: Path) -> None:
