@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from rotor_bringup.display import RunState, shown_channel
+from rotor_bringup.display import RunState
 from rotor_bringup.errors import ScenarioError
 from rotor_bringup.pipeline import analyze
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
+from vibration_monitor.names import shown_channel
 from vibration_monitor.reading import Recording
 
 HIGHLIGHTS = (
@@ -70,8 +71,7 @@ def analyze_recording(path: Path) -> Analysis:
 
     """
     recording = Recording(path)
-    scenario = (recording.config() or {}).get('scenario', {})
-    monitor = VibrationMonitor(MonitorConfig.from_mapping(scenario.get('monitor', {}), 'monitor'))
+    monitor = VibrationMonitor(MonitorConfig.of_run(recording.config()))
     state = RunState(0.0)
     start_ns = recording.start_ns or 0
     records = []

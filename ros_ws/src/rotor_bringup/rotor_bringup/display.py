@@ -4,7 +4,6 @@
 
 import math
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -23,12 +22,6 @@ SEVERITY = ('STALE', 'OK', 'WARN', 'ERROR')
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
 REFRESH_S = 0.25
 LINE_S = 2.0
-
-
-def shown_channel(indicators: Iterable[str]) -> str:
-    """Return the channel that people are shown of those with indicators; '' for none."""
-    end = '/amplitude_order_1'
-    return names.shown_channel([n.removesuffix(end) for n in indicators if n.endswith(end)])
 
 
 @dataclass
@@ -71,7 +64,7 @@ class RunState:
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
         self.windows += 1
-        self.channel = shown_channel(values)
+        self.channel = names.shown_channel(values)
         for order in (1, 2, 3):
             self.amplitudes[order] = values.get(f'{self.channel}/amplitude_order_{order}', math.nan)
         if math.isnan(self.amplitudes[1]):

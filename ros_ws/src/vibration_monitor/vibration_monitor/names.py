@@ -4,7 +4,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 SHOWN_CHANNEL = 'disk_z'
 """Across the load: where a breathing crack shows first."""
@@ -51,8 +51,12 @@ def is_acceleration(channel: str) -> bool:
     return match is not None and match['acceleration'] == 'a'
 
 
-def shown_channel(channels: Sequence[str]) -> str:
-    """Return the channel that people are shown: SHOWN_CHANNEL, else the first; '' for none."""
+def shown_channel(names: Iterable[str]) -> str:
+    """Return the channel that people are shown: SHOWN_CHANNEL, else the first; '' for none.
+
+    `names` are columns or indicators; what belongs to no channel among them does not count.
+    """
+    channels = [c for c in (name.partition('/')[0] for name in names) if is_channel(c)]
     return SHOWN_CHANNEL if SHOWN_CHANNEL in channels else next(iter(channels), '')
 
 
