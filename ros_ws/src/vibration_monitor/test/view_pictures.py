@@ -11,7 +11,6 @@ from PIL import Image
 
 from rotor_interfaces.waveform import CHANNEL_COLUMNS
 from vibration_monitor.view import blueprint, style
-from vibration_monitor.view.rig_view import channel_groups
 from vibration_monitor.view.style import Colour
 
 RULE = 'crack_ratio_low'
@@ -19,7 +18,7 @@ PAGE = blueprint.Page(
     channel='disk_z',
     plane='disk',
     waveforms=tuple(
-        (path, tuple(names)) for path, names in channel_groups(CHANNEL_COLUMNS).items()
+        (path, tuple(names)) for path, names in style.channel_groups(CHANNEL_COLUMNS).items()
     ),
     rules=(RULE,),
 )

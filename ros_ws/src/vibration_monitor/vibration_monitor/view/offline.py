@@ -101,7 +101,7 @@ def convert(recording: Recording, file: Path) -> list[str]:
     config = recording.config()
     computed = _computed(recording, wanted)
     monitoring = Monitoring(MonitorConfig.of_run(config), computed) if computed else None
-    view = RigView(connect, batch_s=BATCH_S)
+    view = RigView(connect, batch_s=BATCH_S, is_live=False)
     if config is not None:
         view.push(topics.CONFIG, 0, messages.string(OFFLINE, json.dumps(config)))
     _tell_what_is_missing(view, wanted, computed)

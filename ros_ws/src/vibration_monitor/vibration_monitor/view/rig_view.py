@@ -19,7 +19,6 @@ from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
 from vibration_monitor.config import AlarmRule, MonitorConfig
-from vibration_monitor.names import is_acceleration, is_channel
 from vibration_monitor.view import scene, style
 from vibration_monitor.view.blueprint import Page, blueprint
 from vibration_monitor.view.curves import Curves
@@ -71,14 +70,20 @@ class RigView:
     has a waveform to show. Waveforms are sent in batches of `batch_s` (s of flight): short ones
     keep a live view fresh, long ones make files that open fast. When the sample index jumps
     back, a new run has begun: another recording, for which `connect` is called again. The page
-    has a view of what has been shown so far; it is sent again whenever there is more.
+    has a view of all that has been shown; live it is sent again whenever there is more, else
+    once, at the end.
     """
 
     def __init__(
-        self, connect: Callable[[rr.RecordingStream], None], *, batch_s: float = LIVE_BATCH_S
+        self,
+        connect: Callable[[rr.RecordingStream], None],
+        *,
+        batch_s: float = LIVE_BATCH_S,
+        is_live: bool = True,
     ) -> None:
         self._connect = connect
         self._batch_s = batch_s
+        self._is_live = is_live
         self._geometry: scene.Geometry | None = None
         self._rules: Sequence[AlarmRule] = ()
         self._units = Units()
@@ -246,7 +251,8 @@ class RigView:
         if offsets[-1] >= self._curves_due_ns:
             self._curves_due_ns = int(offsets[-1] + CURVES_EVERY_S * NANOSECONDS)
             self._curves.send()
-        self._send_page()
+        if self._is_live:
+            self._send_page()
 
     def _draw_frame(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
         """Draw what shows the rotor at one moment: orbit and load."""
@@ -262,7 +268,7 @@ class RigView:
             self._rig.draw_load(load_factor)
 
     def _send_channels(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
-        for path, channels in channel_groups(rows.dtype.names or ()).items():
+        for path, channels in style.channel_groups(rows.dtype.names or ()).items():
             self._waveforms[path] = tuple(channels)
             factors = [self._units.of_channel(name)[1] for name in channels]
             table = np.stack([rows[name] for name in channels], axis=1) * np.float32(factors)
@@ -377,16 +383,6 @@ def _named(message: Any) -> dict[str, float]:
     if len(message.name) != len(message.position):
         raise WireError(f'{len(message.name)} names for {len(message.position)} numbers')
     return dict(zip(message.name, message.position, strict=True))
-
-
-def channel_groups(columns: tuple[str, ...]) -> dict[str, list[str]]:
-    """Return the channels by entity: `disk`, `brg1`, `brg1_acceleration` and so on."""
-    groups: dict[str, list[str]] = {}
-    for name in filter(is_channel, columns):
-        point = name.rpartition('_')[0]
-        path = f'{style.WAVEFORM}/{point}' + ('_acceleration' if is_acceleration(name) else '')
-        groups.setdefault(path, []).append(name)
-    return groups
 
 
 def _origin_ns(block: WaveformBlock) -> int:

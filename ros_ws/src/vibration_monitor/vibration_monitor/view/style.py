@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names, units, colours and entity paths of everything the view shows: declared once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from vibration_monitor.names import is_acceleration, is_channel
 
 APPLICATION_ID = 'cracked_rotor_rig'
 TIMELINE = 'flight_time'
@@ -113,6 +116,16 @@ LEVEL_COLOURS = (GREEN, (235, 170, 40), RED, GREY)
 def channel_name(channel: str) -> str:
     """Return a channel as people read it: `disk z`; the column's name where nobody declared one."""
     return BY_NAME[channel].name if channel in BY_NAME else channel
+
+
+def channel_groups(columns: Sequence[str]) -> dict[str, list[str]]:
+    """Return the channels by entity: `disk`, `brg1`, `brg1_acceleration` and so on."""
+    groups: dict[str, list[str]] = {}
+    for name in filter(is_channel, columns):
+        point = name.rpartition('_')[0]
+        path = f'{WAVEFORM}/{point}' + ('_acceleration' if is_acceleration(name) else '')
+        groups.setdefault(path, []).append(name)
+    return groups
 
 
 def ratios(channel: str) -> str:
