@@ -21,15 +21,12 @@ from rerun.chunk import RrdReader
 from rotor_bringup.importing.convert import ImportPlan, convert, write
 from rotor_bringup.pipeline import record
 from rotor_bringup.scenario import load_scenario
-from vibration_monitor.view import view_recording
+from vibration_monitor.view import style, view_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / 'docs' / 'images'
 FLIGHT, DURATION_S = 'climb_dive', 17.5
 IMPORT = 'imported_run_up'
-
-_SHOWN = ('SeriesLines:names', 'TextDocument:text', ':display_name')
-"""Components of a rerun file that a person reads on the page: legends, the alarm, titles."""
 
 
 def fly(out: Path) -> None:
@@ -45,17 +42,29 @@ def bring(folder: Path, out: Path) -> None:
 
 
 def words(view: Path) -> str:
-    """Return the words of a saved view: titles, legends and the last sentence of the alarm."""
+    """Return titles, limits of the alarm and its last sentence, as a saved view shows them."""
     reader = RrdReader(str(view))
-    last: dict[str, list[str]] = {}
+    found: dict[str, list[str]] = {}
     for store in (*reader.recordings(), *reader.blueprints()):
         for chunk in reader.stream(store=store):
             batch = chunk.to_record_batch()
             for name, column in zip(batch.schema.names, batch.columns, strict=True):
-                rows = [row for row in column.to_pylist() if row] if name.endswith(_SHOWN) else []
-                if rows:
-                    last[f'{chunk.entity_path} {name}'] = rows[-1]
-    return '\n'.join(sorted({word for row in last.values() for word in row}))
+                path, _, component = f'{chunk.entity_path} {name}'.rpartition(':')
+                if component in ('display_name', 'text', 'names'):
+                    found[path] = [row for row in column.to_pylist() if row][-1]
+    titles = {row[0] for path, row in found.items() if path.endswith(' ViewBlueprint')}
+    limits = {
+        path.removeprefix(f'/{style.LIMITS}/').removesuffix(' SeriesLines'): ', '.join(row)
+        for path, row in found.items()
+        if path.startswith(f'/{style.LIMITS}/')
+    }
+    judged = [
+        f'{indicator}: {words}'
+        for indicator, words in limits.items()
+        if any(title.startswith(f'{indicator} [') for title in titles)
+    ]
+    sentence = found[f'/{style.ALARM_SENTENCE} TextDocument']
+    return '\n'.join([*sentence, *sorted(judged), *sorted(titles)])
 
 
 def draw(recording: Path, picture: Path) -> None:

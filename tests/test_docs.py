@@ -79,11 +79,10 @@ def test_the_picture_of_the_view_shows_what_the_present_program_shows(tmp_path: 
     pictures.fly(flight)
     view_recording(flight, save=view)
     with Image.open(DOCS / 'images' / f'{pictures.FLIGHT}.png') as image:
-        drawn = image.text['Description'].splitlines()
+        drawn = str(image.info['Description']).splitlines()
     assert pictures.words(view).splitlines() == drawn, 'run docs/make_view_pictures.py'
     (rule,) = load_scenario(pictures.FLIGHT).monitor.alarm.rules
-    for needed in (rule.indicator, f'WARN {rule.warn:g}', f'ERROR {rule.error:g}'):
-        assert needed in drawn
+    assert f'{rule.indicator}: WARN {rule.warn:g}, ERROR {rule.error:g}' in drawn
     state = analyze_recording(flight).state
     assert f'{state.level}: {state.reasons}' in drawn
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 
 import view_flight
 from rotor_interfaces import messages, topics
@@ -225,10 +226,12 @@ def test_the_page_of_a_foreign_recording_names_what_it_holds(
     tmp_path: Path, told: dict[str, str], unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pages: list[blueprint.Page] = []
-    monkeypatch.setattr(
-        'vibration_monitor.view.rig_view.blueprint',
-        lambda page: pages.append(page) or blueprint.blueprint(page),
-    )
+
+    def laid_out(page: blueprint.Page) -> rrb.Blueprint:
+        pages.append(page)
+        return blueprint.blueprint(page)
+
+    monkeypatch.setattr('vibration_monitor.view.rig_view.blueprint', laid_out)
     convert(Recording(foreign(tmp_path, {'import': {}}, **told)), tmp_path / 'view.rrd')
     assert names_of(pages[-1]) == {
         'Bearing 1 acceleration [m/s^2]',

@@ -271,7 +271,9 @@ class RigView:
         for path, channels in style.channel_groups(rows.dtype.names or ()).items():
             self._waveforms[path] = tuple(channels)
             factors = [self._units.of_channel(name)[1] for name in channels]
-            table = np.stack([rows[name] for name in channels], axis=1) * np.float32(factors)
+            table = np.stack([rows[name] for name in channels], axis=1) * np.array(
+                factors, np.float32
+            )
             self._curves.add_table(path, offsets, channels, table.astype(np.float32))
 
     def _break(self, next_stamp_ns: int) -> None:
