@@ -108,7 +108,7 @@ def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator
         everything.append((time_s + 0.05, spectrum(time_s)))
     for time_s, level, text in (
         (0.0, 3, 'no window yet'),
-        (0.5, 0, 'OK'),
+        (0.5, 0, 'all rules are below their limits'),
         (1.5, 1, 'crack_ratio_low = 0.015: above the WARN limit'),
         (2.0, 2, 'crack_ratio_low = 0.02: above the ERROR limit'),
     ):
