@@ -484,3 +484,13 @@ def test_every_command_and_function_is_documented() -> None:
     ):
         assert name in rotor_sim.analysis.__all__
         assert name in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('what', ['lyapunov', 'poincare'])
+def test_a_motion_that_diverges_is_said_in_words(command: Command, what: str) -> None:
+    point = ('--variant', 'figure', '--set', 'K=0.45')
+    code, said = command(what, *point, '--transient', 1000, '--revolutions', 60)
+    assert code == 0, said
+    assert 'diverge' in said
+    assert not re.search(r'\b(nan|inf)\b', said)

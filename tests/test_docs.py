@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples and tables of the documentation are true."""
 
+import importlib.util
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from PIL import Image
 
+from rotor_bringup.analysis import analyze_recording
 from rotor_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from rotor_interfaces import messages
 from rotor_interfaces.topics import TOPICS
 from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, encode
+from vibration_monitor.view import view_recording
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
@@ -62,6 +66,25 @@ def test_the_decoding_example_runs() -> None:
     scope = {'message': encode(WaveformBlock(0, rows), messages.OFFLINE)}
     exec(example, scope)  # noqa: S102 - our own documentation
     assert scope['block'].rows['disk_z'].tolist() == [1, 2, 3, 4]
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_view_shows_what_the_present_program_shows(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location('pictures', DOCS / 'make_view_pictures.py')
+    assert spec is not None
+    assert spec.loader is not None
+    pictures = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pictures)
+    flight, view = tmp_path / 'flight.mcap', tmp_path / 'flight.rrd'
+    pictures.fly(flight)
+    view_recording(flight, save=view)
+    with Image.open(DOCS / 'images' / f'{pictures.FLIGHT}.png') as image:
+        drawn = str(image.info['Description']).splitlines()
+    assert pictures.words(view).splitlines() == drawn, 'run docs/make_view_pictures.py'
+    (rule,) = load_scenario(pictures.FLIGHT).monitor.alarm.rules
+    assert f'{rule.indicator}: WARN {rule.warn:g}, ERROR {rule.error:g}' in drawn
+    state = analyze_recording(flight).state
+    assert f'{state.level}: {state.reasons}' in drawn
 
 
 @pytest.mark.parametrize('page', [ROOT / 'README.md', *sorted(DOCS.glob('*.md'))])

@@ -5,14 +5,14 @@
 import csv
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotor_bringup.display import RunState, shown_channel
+from rotor_bringup.display import RunState
 from rotor_bringup.errors import ScenarioError
 from rotor_bringup.pipeline import analyze_blocks
 from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
@@ -20,6 +20,7 @@ from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
+from vibration_monitor.names import shown_channel
 from vibration_monitor.reading import Recording, waveform_name
 
 HIGHLIGHTS = (
@@ -87,9 +88,7 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
     """
     recording = Recording(path, waveform_topic)
     name = waveform_name(recording)
-    scenario = (recording.config() or {}).get('scenario')
-    section = scenario.get('monitor', {}) if isinstance(scenario, Mapping) else {}
-    monitor = VibrationMonitor(MonitorConfig.from_mapping(section, 'monitor'))
+    monitor = VibrationMonitor(MonitorConfig.of_run(recording.config()))
     state = RunState(0.0)
     start_ns = None
     runs = 0

@@ -160,9 +160,10 @@ def lyapunov_exponent(
         axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel('revolutions')
     axes.set_ylabel('running estimate [per unit $\\tau$]\nshaded: 2 final standard errors')
-    axes.set_title(
-        f'{result.exponent:.5f} $\\pm$ {result.standard_error:.5f}', fontsize='small', loc='left'
-    )
+    found = f'{result.exponent:.5f} $\\pm$ {result.standard_error:.5f}'
+    if not math.isfinite(result.exponent):
+        found = 'diverged'
+    axes.set_title(found, fontsize='small', loc='left')
     return figure
 
 

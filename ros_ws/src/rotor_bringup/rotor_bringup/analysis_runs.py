@@ -19,6 +19,7 @@ from rotor_bringup.analysis_files import Outcome
 from rotor_bringup.compute import executor
 from rotor_bringup.progress import OnProgress
 from rotor_sim.analysis import (
+    LyapunovExponent,
     ResultCache,
     Survey,
     lyapunov_exponent,
@@ -30,6 +31,7 @@ from rotor_sim.analysis.diagrams import Direction, continuation
 from rotor_sim.analysis.ensemble import steps_needed
 from rotor_sim.analysis.motion import SIGNIFICANCE
 from rotor_sim.analysis.surveys import EXPONENT_ERRORS, EXPONENT_RESOLUTION
+from vibration_monitor.names import number_text
 
 
 @dataclass(frozen=True)
@@ -164,8 +166,8 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         'standard_error': result.standard_error,
     }
     said = (
-        f'largest Lyapunov exponent {result.exponent:.5f} +- {result.standard_error:.5f} per unit '
-        f'tau (standard error; {plan.exponent_revolutions} revolutions, {method})'
+        f'largest Lyapunov exponent {_exponent(result)} per unit tau (standard error; '
+        f'{plan.exponent_revolutions} revolutions, {method})'
     )
     sentences = [said]
     if plan.check_steps:
@@ -177,7 +179,7 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         found |= {'exponent_difference': difference, 'converged': converged}
         sentences.append(
             f'{"converged" if converged else "NOT converged"}: {steps} steps a revolution give '
-            f'{finer.exponent:.5f} +- {finer.standard_error:.5f}'
+            f'{_exponent(finer)}'
         )
     shared = {}
     if result.spectrum is not None:
@@ -186,7 +188,9 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
             'spectrum_standard_error': result.spectrum_standard_error,
         }
         found |= {name: values.tolist() for name, values in shared.items()}
-        sentences.append('all exponents: ' + ' '.join(f'{x:.4f}' for x in result.spectrum))
+        sentences.append(
+            'all exponents: ' + ' '.join(number_text(x, '.4f') for x in result.spectrum)
+        )
     asked = question.asked('lyapunov')
     return Outcome(
         asked=asked,
@@ -219,14 +223,15 @@ def run_section(question: Question) -> Outcome:
     everything = {field.name: getattr(result, field.name) for field in fields(result)}
     rows = {name: value for name, value in everything.items() if isinstance(value, np.ndarray)}
     found: dict[str, Any] = {'label': label, 'evidence': evidence}
-    numbers = ', '.join(f'{name} {value:.4g}' for name, value in evidence.items())
+    known = {name: value for name, value in evidence.items() if np.isfinite(value)}
+    numbers = ', '.join(f'{name} {value:.4g}' for name, value in known.items())
     sentences = [f'{label} motion: {numbers}']
     if plan.check_steps:
         converged = bool(judged.converged[0])
         found |= {'converged': converged, 'difference': float(judged.difference[0])}
         sentences.append(
             f'{"converged" if converged else "NOT converged"}: twice the steps change means and '
-            f'amplitudes by {judged.difference[0]:.2g} of the largest'
+            f'amplitudes by {number_text(judged.difference[0], ".2g")} of the largest'
         )
     asked = question.asked('poincare')
     return Outcome(
@@ -247,6 +252,13 @@ _SWEEPS = {
     'lyapunov': analysis_figures.lyapunov_diagram,
     'poincare': analysis_figures.sections,
 }
+
+
+def _exponent(result: LyapunovExponent) -> str:
+    """Return an exponent with its error, or that there is none."""
+    if not np.isfinite(result.exponent):
+        return 'none (the motion diverges)'
+    return f'{result.exponent:.5f} +- {result.standard_error:.5f}'
 
 
 def _json_of(found: Survey, question: Question) -> dict[str, Any]:

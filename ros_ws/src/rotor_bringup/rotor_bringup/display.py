@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a person sees of a live run: a table on a terminal, one line a second elsewhere."""
 
+import math
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -13,6 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from vibration_monitor import names
 from vibration_monitor.detection import CANNOT_JUDGE, Level
 from vibration_monitor.monitor import IndicatorRecord
 
@@ -21,16 +22,8 @@ WORDS = {level.name: level.name for level in Level} | {Level.STALE.name: CANNOT_
 """What people read for a level."""
 
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
-SHOWN_CHANNEL = 'disk_z'
 REFRESH_S = 0.25
 LINE_S = 2.0
-
-
-def shown_channel(indicators: Iterable[str]) -> str:
-    """Return the channel that people are shown: SHOWN_CHANNEL, or the first where it is absent."""
-    end = '/amplitude_order_1'
-    channels = [name.removesuffix(end) for name in indicators if name.endswith(end)]
-    return SHOWN_CHANNEL if SHOWN_CHANNEL in channels or not channels else channels[0]
 
 
 @dataclass(frozen=True)
@@ -52,8 +45,9 @@ class RunState:
 
     duration_s: float
     simulated_s: float = 0.0
-    load_factor: float = 0.0
-    amplitudes_m: dict[int, float] = field(default_factory=dict)
+    load_factor: float = math.nan
+    channel: str = ''
+    amplitudes: dict[int, float] = field(default_factory=dict)
     level: str = 'STALE'
     reasons: str = ''
     first_alarm: Alarm | None = None
@@ -98,17 +92,16 @@ class RunState:
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
         self.windows += 1
-        channel = shown_channel(values)
+        self.channel = names.shown_channel(values)
         for order in (1, 2, 3):
-            value = values.get(f'{channel}/amplitude_order_{order}', float('nan'))
-            self.amplitudes_m[order] = value
-        if self.amplitudes_m[1] != self.amplitudes_m[1]:
+            self.amplitudes[order] = values.get(f'{self.channel}/amplitude_order_{order}', math.nan)
+        if math.isnan(self.amplitudes[1]):
             self.invalid_windows += 1
 
     @property
     def real_time_factor(self) -> float:
         """Simulated over wall time so far; NaN before the run moves."""
-        return self.simulated_s / self.wall_s if self.wall_s > 0.0 else float('nan')
+        return self.simulated_s / self.wall_s if self.wall_s > 0.0 else math.nan
 
     @property
     def lost(self) -> int:
@@ -192,16 +185,21 @@ class Display:
 
     def _amplitudes(self) -> str:
         state = self._state
+        if not state.windows:
+            return 'no window yet'
+        unit, factor = names.people_unit(names.channel_unit(state.channel))
         return '  '.join(
-            f'{order}x {state.amplitudes_m.get(order, float("nan")) * 1e6:.2f} um'
-            for order in (1, 2, 3)
+            f'{order}x {names.number_text(amplitude * factor, ".2f", unit)}'
+            for order, amplitude in state.amplitudes.items()
         )
 
     def _line(self) -> str:
         state = self._state
         return (
-            f'{state.simulated_s:6.1f} s of {state.duration_s:g} s  n = {state.load_factor:5.2f}  '
-            f'{state.real_time_factor:4.1f} x real time  {SHOWN_CHANNEL}: {self._amplitudes()}  '
+            f'{state.simulated_s:6.1f} s of {state.duration_s:g} s  '
+            f'n = {names.number_text(state.load_factor, ".2f"):>5}  '
+            f'{names.number_text(state.real_time_factor, ".1f"):>4} x real time  '
+            f'{state.channel or "amplitudes"}: {self._amplitudes()}  '
             f'{WORDS[state.level]}  lost {state.lost}'
         )
 
@@ -210,9 +208,9 @@ class Display:
         table = Table.grid(padding=(0, 2))
         bar = ProgressBar(state.duration_s, state.simulated_s, width=40)
         table.add_row('time', f'{state.simulated_s:.1f} of {state.duration_s:g} s', bar)
-        table.add_row('load factor', f'{state.load_factor:+.2f}')
-        table.add_row('real-time factor', f'{state.real_time_factor:.2f}')
-        table.add_row(SHOWN_CHANNEL, self._amplitudes())
+        table.add_row('load factor', names.number_text(state.load_factor, '+.2f'))
+        table.add_row('real-time factor', names.number_text(state.real_time_factor, '.2f'))
+        table.add_row(state.channel or 'amplitudes', self._amplitudes())
         table.add_row('alarm', Text(WORDS[state.level], COLOURS[state.level]), state.reasons)
         table.add_row('samples lost', str(state.lost))
         return table

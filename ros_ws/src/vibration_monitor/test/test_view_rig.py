@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the view logs, read back: every sample at its true time, and nothing made up."""
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from rotor_interfaces.waveform import CHANNEL_COLUMNS, WaveformBlock, encode
 from vibration_monitor.view import RigView, style
 from vibration_monitor.view.blueprint import blueprint
 from view_flight import EPOCH_NS, RATE_HZ, Outgoing
+from view_pictures import EXPECTED
 from view_rows import Logged, curve, lines, logged
 
 TRUE_TIME_NS = np.rint(np.arange(40_000) * NANOSECONDS / RATE_HZ).astype(np.int64)
@@ -31,7 +33,7 @@ class Files:
         self.count = 0
 
     def __call__(self, stream: rr.RecordingStream) -> None:
-        stream.save(self.folder / f'run_{self.count}.rrd', default_blueprint=blueprint())
+        stream.save(self.folder / f'run_{self.count}.rrd')
         self.count += 1
 
     def read(self, run: int = 0) -> dict[str, Logged]:
@@ -54,6 +56,12 @@ def show(files: Files, outgoing: Iterable[Outgoing], batch_s: float = 0.25) -> R
 
 def blocks(spans: Iterable[tuple[int, int]]) -> list[Outgoing]:
     return [view_flight.block_message(first, count) for first, count in spans]
+
+
+def config(**document: Any) -> Outgoing:
+    """Return a `rotor/config`, by default of a rig that tells nothing but that it is one."""
+    text = json.dumps(document or {'scenario': {}})
+    return topics.CONFIG, 0, messages.string(OFFLINE, text)
 
 
 def changed(outgoing: Outgoing, **columns: Any) -> Outgoing:
@@ -104,11 +112,11 @@ def test_all_curves_arrive_with_their_numbers(files: Files) -> None:
     np.testing.assert_array_equal(values, np.stack([rows['brg1_ay'], rows['brg1_az']], axis=1))
     assert (curve(found, style.SPEED)[1] == view_flight.SPEED_RAD_S).all()
     assert (curve(found, style.CRACK_TRUTH)[1] == 0.1).all()
-    times, values = curve(found, style.RATIOS)
+    times, values = curve(found, style.ratios('disk_z'))
     np.testing.assert_allclose(values, np.outer(times / 1e9, [0.1, 2.0, 0.05, 0.02]))
-    _, states = found['/alarm StateChange:state']
+    _, states = found['/alarm/level StateChange:state']
     assert states == [['STALE'], ['OK'], ['WARN'], ['ERROR']]
-    assert lines(found)[-1] == 'A3/A1 = 4 is above 3'
+    assert lines(found)[-1] == 'crack_ratio_low = 0.02: above the ERROR limit'
 
 
 def test_spectrum_stands_in_decibels_above_a_nanometre(files: Files) -> None:
@@ -170,7 +178,7 @@ def test_a_missing_value_is_missing_in_the_view(files: Files) -> None:
     spoiled = np.zeros(256)
     spoiled[100:110] = np.nan
     first = changed(view_flight.block_message(0), disk_z=spoiled, load_y=np.nan)
-    show(files, [first, *blocks((k, 256) for k in range(256, 5120, 256))])
+    show(files, [config(), first, *blocks((k, 256) for k in range(256, 5120, 256))])
     found = files.read()
     _, values = curve(found, style.DISPLACEMENT)
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(values[:, 1])), np.arange(100, 110))
@@ -226,7 +234,8 @@ def test_the_crack_is_marked_only_where_the_truth_tells_one(files: Files) -> Non
     def truth(time_s: float, ratio: float) -> Outgoing:
         return view_flight.named(topics.TRUTH, time_s, {'crack_stiffness_ratio': ratio})
 
-    show(files, [truth(0.0, 0.0), truth(0.1, 0.0), truth(0.2, 0.05), *blocks([(0, 4096)])])
+    told = [truth(0.0, 0.0), truth(0.1, 0.0), truth(0.2, 0.05)]
+    show(files, [config(), *told, *blocks([(0, 4096)])])
     found = files.read()
     times, _ = found['/rig/disk/crack Mesh3D:vertex_positions']
     assert times.tolist() == [200_000_000]
@@ -281,15 +290,20 @@ def test_what_never_gets_a_waveform_is_bounded_and_shown_in_the_end(files: Files
 
 def test_every_view_of_the_layout_is_fed(files: Files) -> None:
     """A view whose entity nobody logs would stay empty for ever."""
-    show(files, view_flight.flight(1.0))
+    view = show(files, view_flight.flight(1.0))
     entities = {key.split(' ')[0] for key in files.read()}
-    views = list(_views(blueprint().root_container))
-    assert len(views) == 12
+    views = list(views_of(view))
+    assert {view.name for view in views} == set(EXPECTED)
     for view in views:
         wanted = view.contents if isinstance(view.contents, list) else [f'+ {view.origin}/**']
         for entry in wanted:
             path = entry.removeprefix('+ ').removesuffix('/**')
             assert any(e == path or e.startswith(f'{path}/') for e in entities), (view.name, path)
+
+
+def views_of(view: RigView) -> Iterable[Any]:
+    assert view._page is not None
+    return _views(blueprint(view._page).root_container)
 
 
 def _views(container: Any) -> Iterable[Any]:

@@ -64,14 +64,14 @@ def test_a_live_run_is_shown_whole(tmp_path: Path, environment: dict[str, str]) 
     times, values = curve(found, style.DISPLACEMENT)
     assert lines(found) == [
         'no window yet',
-        'all ratios are below their limits',
-        'A3/A1 = 3 is above 2',
-        'A3/A1 = 4 is above 3',
+        'all rules are below their limits',
+        'crack_ratio_low = 0.015: above the WARN limit',
+        'crack_ratio_low = 0.02: above the ERROR limit',
     ]
     np.testing.assert_array_equal(times, np.rint(np.arange(30720) * 1e9 / 10240))
     assert not np.isnan(values).any()
     assert len(curve(found, style.LOAD)[0]) == 301
-    assert len(curve(found, style.RATIOS)[0]) == 11
+    assert len(curve(found, style.ratios('disk_z'))[0]) == 11
     assert np.asarray(found['/rig/disk/crack Mesh3D:vertex_positions'][0]).size == 1
 
 

@@ -82,7 +82,7 @@ def spectrum(time_s: float) -> Outgoing:
 
 def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator[Outgoing]:
     """Yield a whole flight in the order of a live run: the load ahead, alarms behind."""
-    config = json.dumps({'scenario': {'rotor': {'crack_angle_rad': 1.0}}})
+    config = json.dumps({'scenario': {'rotor': {'crack_angle_rad': 1.0}, 'monitor': {}}})
     everything: list[tuple[float, Outgoing]] = [
         (-1.0, (topics.CONFIG, 0, messages.string(OFFLINE, config)))
     ]
@@ -103,13 +103,14 @@ def flight(duration_s: float = 3.0, without: tuple[Topic, ...] = ()) -> Iterator
         time_s = k * WINDOW_S
         ratios = {'ratio_2_1': 0.1, 'ratio_3_1': 2.0, 'ratio_4_1': 0.05, 'ratio_2.5_1': 0.02}
         numbers = {f'disk_z/{name}': value * time_s for name, value in ratios.items()}
+        numbers['crack_ratio_low'] = 0.01 * time_s
         everything.append((time_s + 0.05, named(topics.INDICATORS, time_s, numbers)))
         everything.append((time_s + 0.05, spectrum(time_s)))
     for time_s, level, text in (
         (0.0, 3, 'no window yet'),
-        (0.5, 0, 'all ratios are below their limits'),
-        (1.5, 1, 'A3/A1 = 3 is above 2'),
-        (2.0, 2, 'A3/A1 = 4 is above 3'),
+        (0.5, 0, 'all rules are below their limits'),
+        (1.5, 1, 'crack_ratio_low = 0.015: above the WARN limit'),
+        (2.0, 2, 'crack_ratio_low = 0.02: above the ERROR limit'),
     ):
         if time_s <= duration_s:
             everything.append((time_s, status(topics.ALARM, time_s, level, text)))

@@ -4,7 +4,8 @@
 
 import difflib
 import math
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Any, Literal, Self
 
 import pydantic
 
@@ -149,6 +150,18 @@ class MonitorConfig(ConfigModel):
         default=AlarmConfig(),
         description='limits, agreement of windows and hysteresis of the alarm',
     )
+
+    @classmethod
+    def of_run(cls, config: Mapping[str, Any] | None) -> Self:
+        """Return the settings of a run from its `rotor/config`; the defaults where it has none.
+
+        Raises:
+            ConfigError: settings that this version refuses.
+
+        """
+        scenario = (config or {}).get('scenario')
+        monitor = scenario.get('monitor') if isinstance(scenario, Mapping) else None
+        return cls.from_mapping({} if monitor is None else monitor, 'monitor')
 
     @pydantic.field_validator('channels')
     @classmethod

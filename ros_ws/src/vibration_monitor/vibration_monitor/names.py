@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names and units of channels, planes and indicators."""
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+
+SHOWN_CHANNEL = 'disk_z'
+"""Across the load: where a breathing crack shows first."""
 
 WINDOW_INDICATORS = ('speed_rad_s', 'load_factor', 'load_factor_range')
 """Indicators of a whole window; all others belong to a channel or a plane: `disk_z/rms`."""
@@ -45,6 +49,15 @@ def is_acceleration(channel: str) -> bool:
     """Say whether a channel is an acceleration (m/s^2); the others are displacements (m)."""
     match = _CHANNEL.fullmatch(channel)
     return match is not None and match['acceleration'] == 'a'
+
+
+def shown_channel(names: Iterable[str]) -> str:
+    """Return the channel that people are shown: SHOWN_CHANNEL, else the first; '' for none.
+
+    `names` are columns or indicators; what belongs to no channel among them does not count.
+    """
+    channels = [c for c in (name.partition('/')[0] for name in names) if is_channel(c)]
+    return SHOWN_CHANNEL if SHOWN_CHANNEL in channels else next(iter(channels), '')
 
 
 def planes_of(channels: Sequence[str]) -> tuple[str, ...]:
@@ -105,6 +118,21 @@ def plane_indicators(orders: Sequence[float], extras: Sequence[str]) -> tuple[st
     return tuple(names)
 
 
+def channel_unit(channel: str) -> str:
+    """Return the unit of a vibration channel, 'm' or 'm/s^2'."""
+    return 'm/s^2' if is_acceleration(channel) else 'm'
+
+
+def people_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that screens use for a unit of the wire, and how many make one of it."""
+    return ('um', 1e6) if unit == 'm' else (unit, 1.0)
+
+
+def number_text(value: float, form: str, unit: str = '') -> str:
+    """Return a number as people read it, formatted by `form`; '-' where it is not known."""
+    return f'{value:{form}} {unit}'.rstrip() if math.isfinite(value) else '-'
+
+
 def indicator_unit(name: str) -> str:
     """Return the unit of an indicator, '1' for a pure number."""
     channel, _, kind = name.rpartition('/')
@@ -113,7 +141,7 @@ def indicator_unit(name: str) -> str:
     if kind.startswith('phase') or kind == 'crack_angle':
         return 'rad'
     if kind.startswith(_WITH_UNIT_OF_CHANNEL) or kind in _EXACT:
-        return 'm/s^2' if is_acceleration(channel) else 'm'
+        return channel_unit(channel)
     return '1'
 
 

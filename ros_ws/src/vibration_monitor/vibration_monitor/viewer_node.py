@@ -19,7 +19,6 @@ from rclpy.node import Node
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.view import viewer
-from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.viewer import Viewer, ViewError
 
@@ -58,12 +57,12 @@ class ViewerNode(Node):  # type: ignore[misc]
         """Connect the stream of another run to the window, or to a file of its own."""
         self._runs += 1
         if self._viewer is not None:
-            stream.connect_grpc(self._viewer.url, default_blueprint=blueprint())
+            stream.connect_grpc(self._viewer.url)
             return
         file = Path(self._file)
         if self._runs > 1:
             file = file.with_stem(f'{file.stem}_{self._runs}')
-        stream.save(file, default_blueprint=blueprint())
+        stream.save(file)
 
     def _on_message(self, topic: Topic, message: Any) -> None:
         if not self.is_done() and (topic != topics.WAVEFORM or self._has_time()):

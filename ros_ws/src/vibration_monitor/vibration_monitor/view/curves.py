@@ -25,13 +25,24 @@ class Curves:
     def __init__(self, stream: rr.RecordingStream) -> None:
         self._stream = stream
         self._names: dict[str, tuple[str, ...]] = {}
+        self._declared: dict[str, Sequence[style.Series]] = {}
         self._rows: dict[str, list[tuple[int, Sequence[float]]]] = {}
+        self._drawn: set[str] = set()
+
+    @property
+    def drawn(self) -> set[str]:
+        """Entities that have had a number so far."""
+        return self._drawn
+
+    def declare(self, path: str, series: Sequence[style.Series]) -> None:
+        """Draw the curves of an entity in this way, whatever their names declare."""
+        self._declared[path] = series
 
     def add(self, path: str, offset_ns: int, names: Sequence[str], values: Sequence[float]) -> None:
         """Keep one row of an entity until `send`."""
         if self._names.get(path) != tuple(names):
             self._send_entity(path)
-            self._declare(path, names)
+            self._log_names(path, names)
         self._rows.setdefault(path, []).append((offset_ns, values))
 
     def add_table(
@@ -43,7 +54,9 @@ class Curves:
     ) -> None:
         """Send many rows at once; `values` has shape (rows, names)."""
         if self._names.get(path) != tuple(names):
-            self._declare(path, names)
+            self._log_names(path, names)
+        if path not in self._drawn and np.isfinite(values).any():
+            self._drawn.add(path)
         self._stream.send_columns(
             path,
             [time_column(offsets_ns)],
@@ -69,9 +82,9 @@ class Curves:
             values = np.array([values for _, values in rows], np.float64)
             self.add_table(path, offsets, self._names[path], values)
 
-    def _declare(self, path: str, names: Sequence[str]) -> None:
+    def _log_names(self, path: str, names: Sequence[str]) -> None:
         self._names[path] = tuple(names)
-        series = style.series_of(path, list(names))
+        series = self._declared.get(path) or style.series_of(path, list(names))
         self._stream.log(
             path,
             rr.SeriesLines(
@@ -84,3 +97,14 @@ class Curves:
             ),
             static=True,
         )
+        if path.startswith(style.BY_WINDOW):  # a line through one window would not be seen
+            self._stream.log(
+                path,
+                rr.SeriesPoints(
+                    names=[one.name for one in series],
+                    colors=[one.colour for one in series],
+                    marker_sizes=[one.width for one in series],
+                    visible_series=[one.shown for one in series],
+                ),
+                static=True,
+            )

@@ -3,22 +3,27 @@
 """The view of a recording: in a window, as a rerun file, as a picture."""
 
 import contextlib
+import json
 import os
 import shutil
 import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import rerun as rr
 
 from rotor_interfaces import messages, topics
+from rotor_interfaces.errors import WireError
+from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import Topic
+from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
-from vibration_monitor.view.blueprint import blueprint
+from vibration_monitor.view.monitoring import MONITOR_TOPICS, Monitoring
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
@@ -96,26 +101,19 @@ def convert(recording: Recording, file: Path) -> list[str]:
         if streams:
             raise _SecondRunError
         streams.append(stream)
-        stream.save(file, default_blueprint=blueprint())
+        stream.save(file)
 
-    view = RigView(connect, batch_s=BATCH_S)
-    missing = [
-        topic.name
-        for topic in SHOWN_TOPICS
-        if topic not in (*wanted.values(), topics.CONFIG, topics.DIAGNOSTICS)
-    ]
-    if missing:
-        view.note(f'not in this recording: {", ".join(missing)}')
+    config = recording.config()
+    computed = _computed(recording, wanted)
+    monitoring = Monitoring(MonitorConfig.of_run(config), computed) if computed else None
+    view = RigView(connect, batch_s=BATCH_S, is_live=False)
+    if config is not None:
+        view.push(topics.CONFIG, 0, messages.string(OFFLINE, json.dumps(config)))
+    _tell_what_is_missing(view, wanted, computed)
+    if monitoring is not None:
+        view.judge_by(monitoring.rules)
     try:
-        for message in recording.messages(list(wanted)):
-            topic = wanted[message.topic]
-            try:
-                decoded = messages.from_cdr(message.data, topic.type)
-            except UNDECODABLE:
-                recording.note(f'a message of {message.topic} cannot be decoded and is left out')
-                continue
-            stamp_ns = 0 if topic == topics.CONFIG else messages.stamp_ns(decoded)
-            view.push(topic, stamp_ns, decoded)
+        _push_all(view, recording, wanted, monitoring)
         view.flush()
     except _SecondRunError:
         recording.note('a second run begins in this recording; only the first is shown')
@@ -127,6 +125,58 @@ def convert(recording: Recording, file: Path) -> list[str]:
             f'shown ({"; ".join(left_out) or "its topic is empty"})'
         )
     return left_out
+
+
+def _push_all(
+    view: RigView,
+    recording: Recording,
+    wanted: Mapping[str, Topic],
+    monitoring: Monitoring | None,
+) -> None:
+    """Show all messages, each block followed by what the monitor computes from it."""
+    for topic, message in _decoded(recording, wanted):
+        accepted = view.refusals
+        view.push(topic, messages.stamp_ns(message), message)
+        if monitoring is None or topic != topics.WAVEFORM:
+            continue
+        try:
+            for outgoing in monitoring.after_block(message):
+                view.push(*outgoing)
+        except WireError as error:
+            if view.refusals == accepted:  # else the view has told it
+                recording.note(f'the monitor leaves out a block of the waveform ({error})')
+
+
+def _decoded(recording: Recording, wanted: Mapping[str, Topic]) -> Iterator[tuple[Topic, Any]]:
+    """Yield the messages but `rotor/config`, which is known from the start."""
+    names = [name for name, topic in wanted.items() if topic != topics.CONFIG]
+    for message in recording.messages(names):
+        topic = wanted[message.topic]
+        try:
+            yield topic, messages.from_cdr(message.data, topic.type)
+        except UNDECODABLE:
+            recording.note(f'a message of {message.topic} cannot be decoded and is left out')
+
+
+def _computed(recording: Recording, wanted: Mapping[str, Topic]) -> list[Topic]:
+    """Return what the monitor has to compute: nothing if its indicators were recorded."""
+    counts = recording.message_counts
+    recorded = {topic for name, topic in wanted.items() if counts.get(name)}
+    if topics.INDICATORS in recorded:
+        return []
+    return [topic for topic in MONITOR_TOPICS if topic not in recorded]
+
+
+def _tell_what_is_missing(
+    view: RigView, wanted: Mapping[str, Topic], computed: Collection[Topic]
+) -> None:
+    known = (*wanted.values(), *computed, topics.CONFIG, topics.DIAGNOSTICS)
+    missing = [topic.name for topic in SHOWN_TOPICS if topic not in known]
+    if missing:
+        view.note(f'not in this recording: {", ".join(missing)}')
+    if computed:
+        names = ', '.join(topic.name for topic in computed)
+        view.note(f'not in this recording but computed from its waveform: {names}')
 
 
 @contextlib.contextmanager

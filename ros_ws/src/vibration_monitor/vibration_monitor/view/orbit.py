@@ -1,18 +1,20 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Orbit of the disk: the latest revolutions, seen from the front (against the flight).
+"""Orbit of the disk or of another plane: the latest revolutions, seen against the flight.
 
-z to the right, y (the load, down) downwards, so the shaft turns counter-clockwise; micrometres.
+z to the right, y (the load, down) downwards, so the shaft turns counter-clockwise.
 """
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from vibration_monitor.names import is_channel, planes_of
 from vibration_monitor.view import style
+from vibration_monitor.view.units import Units
 
+MAIN_PLANE = 'disk'
 REVOLUTIONS = 4
-_MICRO = 1e6
 _SCALE_STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
@@ -29,22 +31,35 @@ class Orbit:
     """Keeps the rows of the latest revolutions and draws them, older ones paler."""
 
     def __init__(self, stream: rr.RecordingStream) -> None:
+        self.plane = ''
+        """Plane whose orbit is drawn: the disk's, else the first that has both directions."""
+        self.drawn: set[str] = set()
+        """Entities that have something to show."""
         self._stream = stream
+        self.units = Units()
+        self._unit = ''
+        self._has_load = False
         self._rows: NDArray[np.float64] = np.empty((0, 3))
-        self._ring_um = 0.0
+        self._ring = 0.0
 
     def clear(self) -> None:
         """Forget the rows: what follows is not connected to them."""
         self._rows = np.empty((0, 3))
 
     def add(self, rows: NDArray[np.void]) -> None:
-        """Add rows with finite angle (rad, unwrapped), disk_y and disk_z (m)."""
+        """Add rows with finite angle (rad, unwrapped) and both displacements of a plane."""
         names = rows.dtype.names or ()
-        if not {'angle', 'disk_y', 'disk_z'} <= set(names):
+        if not self.plane:
+            planes = planes_of([name for name in names if is_channel(name)])
+            self.plane = MAIN_PLANE if MAIN_PLANE in planes else next(iter(planes), '')
+            self._has_load = 'load_y' in names
+        y, z = f'{self.plane}_y', f'{self.plane}_z'
+        if not {'angle', y, z} <= set(names):
             return
-        new = np.stack(
-            [rows['angle'], rows['disk_z'] * _MICRO, rows['disk_y'] * _MICRO], axis=1
-        ).astype(np.float64)
+        self._unit, factor = self.units.of_channel(y)
+        new = np.stack([rows['angle'], rows[z] * factor, rows[y] * factor], axis=1).astype(
+            np.float64
+        )
         if not np.isfinite(new).all():
             self.clear()
             return
@@ -57,6 +72,7 @@ class Orbit:
         angle = self._rows[:, 0]
         if len(angle) < 2 or angle[-1] - angle[0] < 2.0 * np.pi:
             return
+        self.drawn.add(style.ORBIT)
         age = np.floor((angle[-1] - angle) / (2.0 * np.pi)).astype(int)
         cuts = np.flatnonzero(np.diff(age)) + 1
         strips = [
@@ -65,7 +81,7 @@ class Orbit:
         ]
         fade = np.linspace(70, 255, len(strips)).astype(int)
         self._stream.log(
-            f'{style.ORBIT}/disk',
+            f'{style.ORBIT}/path',
             rr.LineStrips2D(
                 [strip.astype(np.float32) for strip in strips],
                 colors=[(*style.ORBIT_COLOUR, int(alpha)) for alpha in fade],
@@ -85,11 +101,11 @@ class Orbit:
         )
         self._log_scale(float(np.abs(self._rows[:, 1:]).max()))
 
-    def _log_scale(self, reach_um: float) -> None:
+    def _log_scale(self, reach: float) -> None:
         """Log rings and axes when the scale has to change: up at once, down late."""
-        if reach_um <= 0.0 or 0.4 * self._ring_um <= reach_um <= self._ring_um:
+        if reach <= 0.0 or 0.4 * self._ring <= reach <= self._ring:
             return
-        self._ring_um = ring = round_up(1.1 * reach_um)
+        self._ring = ring = round_up(1.1 * reach)
         circle = np.linspace(0.0, 2.0 * np.pi, 73)
         unit = np.stack([np.cos(circle), np.sin(circle)], axis=1)
         self._stream.log(
@@ -104,7 +120,7 @@ class Orbit:
             f'{style.ORBIT}/labels',
             rr.Points2D(
                 [[0.0, ring], [ring, 0.0], [-ring * 0.707, -ring * 0.707]],
-                labels=['+y: load', '+z', f'{ring:g} um'],
+                labels=['+y: load' if self._has_load else '+y', '+z', f'{ring:g} {self._unit}'],
                 colors=style.GREY,
                 radii=rr.Radius.ui_points(0.0),
                 show_labels=True,

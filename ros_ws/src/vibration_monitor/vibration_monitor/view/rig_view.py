@@ -5,7 +5,7 @@
 import heapq
 import itertools
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,20 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from rotor_interfaces import topics
-from rotor_interfaces.errors import WireError
+from rotor_interfaces.errors import ConfigError, WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.messages import NANOSECONDS, level_of
+from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, decode
+from rotor_interfaces.waveform import WaveformBlock, decode
+from vibration_monitor.config import AlarmRule, MonitorConfig
 from vibration_monitor.view import scene, style
+from vibration_monitor.view.blueprint import Page, blueprint
 from vibration_monitor.view.curves import Curves
+from vibration_monitor.view.indicators import Indicators
 from vibration_monitor.view.orbit import Orbit
 from vibration_monitor.view.spectra import Spectra
+from vibration_monitor.view.status import Status
+from vibration_monitor.view.units import Units
 from vibration_monitor.view.viewer import ViewError
 
 FRAME_S = 0.1
@@ -45,8 +50,6 @@ FLUSH_S = 30.0
 """A viewer that takes nothing for this long has stopped."""
 
 STANDARD_GRAVITY_M_S2 = 9.81
-_MICRO = 1e6
-_INDICATOR_KINDS = ('amplitude', 'phase', 'ratio')
 
 SHOWN_TOPICS = (
     topics.MANEUVER_LOAD,
@@ -69,15 +72,24 @@ class RigView:
     published with a lead) wait for it, so that a viewer that follows the newest time always
     has a waveform to show. Waveforms are sent in batches of `batch_s` (s of flight): short ones
     keep a live view fresh, long ones make files that open fast. When the sample index jumps
-    back, a new run has begun: another recording, for which `connect` is called again.
+    back, a new run has begun: another recording, for which `connect` is called again. The page
+    has a view of all that has been shown; live it is sent again whenever there is more, else
+    once, at the end.
     """
 
     def __init__(
-        self, connect: Callable[[rr.RecordingStream], None], *, batch_s: float = LIVE_BATCH_S
+        self,
+        connect: Callable[[rr.RecordingStream], None],
+        *,
+        batch_s: float = LIVE_BATCH_S,
+        is_live: bool = True,
     ) -> None:
         self._connect = connect
         self._batch_s = batch_s
-        self._geometry = scene.Geometry()
+        self._is_live = is_live
+        self._geometry: scene.Geometry | None = None
+        self._rules: Sequence[AlarmRule] = ()
+        self._units = Units()
         self._order = itertools.count()
         self._refused: dict[str, tuple[int, str]] = {}
         self._waiting: list[tuple[int, int, Topic, Any]] = []
@@ -98,22 +110,31 @@ class RigView:
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
         self._curves = Curves(self._stream)
+        self._status = Status(self._stream)
+        self._indicators = Indicators(self._curves)
+        self._rig = scene.Rig(self._stream)
         self._orbit = Orbit(self._stream)
         self._spectra = Spectra(self._stream)
+        self._use_config()
         self._curves_due_ns = 0
         self._continuity = SampleContinuity()
         self._origin_ns: int | None = None
         self._last_ns = 0
         self._blocks: list[WaveformBlock] = []
-        self._levels: dict[str, int] = {}
-        self._crack_ratio: float | None = None
+        self._waveforms: dict[str, tuple[str, ...]] = {}
+        self._page: Page | None = None
         self._at(0)
-        scene.log_bodies(self._stream, self._geometry)
-        self._stream.log(
-            style.ALARM_LEVEL,
-            rr.StateConfiguration(values=style.LEVELS, colors=style.LEVEL_COLOURS),
-            static=True,
-        )
+
+    def _use_config(self) -> None:
+        """Draw from here on what the configuration tells: rotor, rules, units."""
+        self._indicators.judge_by(self._rules, self._units)
+        self._rig.geometry = self._geometry
+        self._orbit.units = self._spectra.units = self._units
+
+    def judge_by(self, rules: Sequence[AlarmRule]) -> None:
+        """Draw these rules of the alarm with their limits; before the first message."""
+        self._rules = rules
+        self._use_config()
 
     @property
     def blocks(self) -> int:
@@ -158,6 +179,7 @@ class RigView:
         self._send_blocks()
         self._curves.send()
         self._spectra.send_spectrogram()
+        self._send_page()
         try:
             self._stream.flush(timeout_sec=FLUSH_S)
         except RuntimeError as error:
@@ -165,9 +187,24 @@ class RigView:
                 f'the view is not complete: the viewer has stopped or the disk is full ({error})'
             ) from None
 
+    def _send_page(self) -> None:
+        """Lay out what there is to show, if it is not what the page shows already."""
+        parts = (self._curves, self._rig, self._orbit, self._spectra, self._status)
+        page = Page(
+            drawn=frozenset().union(*(part.drawn for part in parts)),
+            channel=self._indicators.channel or self._spectra.channel,
+            plane=self._orbit.plane,
+            waveforms=tuple(self._waveforms.items()),
+            rules=tuple(rule.indicator for rule in self._rules),
+            units=self._units,
+        )
+        if page != self._page:
+            self._page = page
+            self._stream.send_blueprint(blueprint(page))
+
     def note(self, text: str) -> None:
         """Write a line into the log of the view, at the flight time of what was shown last."""
-        self._stream.log(f'{style.LOG}/view', rr.TextLog(text, level='INFO', color=style.GREY))
+        self._status.note(text)
 
     @property
     def refusals(self) -> list[str]:
@@ -213,7 +250,7 @@ class RigView:
         self._blocks = []
         self._send_channels(offsets, rows)
         poses = slice(None, None, scene.POSE_EVERY)
-        scene.send_poses(self._stream, self._geometry, offsets[poses], rows[poses])
+        self._rig.send(offsets[poses], rows[poses])
         frames = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
         for frame in np.array_split(np.arange(len(rows)), frames):
             self._draw_frame(offsets[frame], rows[frame])
@@ -221,6 +258,8 @@ class RigView:
         if offsets[-1] >= self._curves_due_ns:
             self._curves_due_ns = int(offsets[-1] + CURVES_EVERY_S * NANOSECONDS)
             self._curves.send()
+        if self._is_live:
+            self._send_page()
 
     def _draw_frame(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
         """Draw what shows the rotor at one moment: orbit and load."""
@@ -233,13 +272,16 @@ class RigView:
             load_factor = round(mean_m_s2 / STANDARD_GRAVITY_M_S2, 4)
             middle_ns = int(offsets[0] + offsets[-1]) // 2
             self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
-            scene.log_load(self._stream, load_factor, self._crack_ratio)
+            self._rig.draw_load(load_factor)
 
     def _send_channels(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
-        for path, channels in _groups(rows.dtype.names or ()).items():
-            table = np.stack([rows[name] for name in channels], axis=1)
-            factor = _MICRO if COLUMN_UNITS[channels[0]] == 'm' else 1.0
-            self._curves.add_table(path, offsets, channels, (table * factor).astype(np.float32))
+        for path, channels in style.channel_groups(rows.dtype.names or ()).items():
+            self._waveforms[path] = tuple(channels)
+            factors = [self._units.of_channel(name)[1] for name in channels]
+            table = np.stack([rows[name] for name in channels], axis=1) * np.array(
+                factors, np.float32
+            )
+            self._curves.add_table(path, offsets, channels, table.astype(np.float32))
 
     def _break(self, next_stamp_ns: int) -> None:
         """Interrupt the curves where samples are missing, and say so."""
@@ -293,11 +335,13 @@ class RigView:
         elif topic == topics.TRUTH:
             self._on_truth(offset_ns, message)
         elif topic == topics.INDICATORS:
-            self._on_indicators(offset_ns, message)
+            self._indicators.add(offset_ns, _named(message))
         elif topic == topics.SPECTRUM:
             self._spectra.draw(offset_ns / NANOSECONDS, decode(message))
+        elif topic == topics.ALARM:
+            self._status.add_alarm(message)
         else:
-            self._on_status(topic, message)
+            self._status.add_health(message)
 
     def _on_load(self, offset_ns: int, message: Any) -> None:
         load = message.accel.linear
@@ -312,51 +356,29 @@ class RigView:
         if ratio is None:
             return
         self._curves.add(style.CRACK_TRUTH, offset_ns, [style.CRACK_NAME], [ratio])
-        if ratio != self._crack_ratio:
-            self._crack_ratio = float(ratio)
-            scene.log_crack(self._stream, self._geometry, self._crack_ratio)
-
-    def _on_indicators(self, offset_ns: int, message: Any) -> None:
-        """Log indicators by channel and kind: `disk_z/ratio_3_1` goes to disk_z/ratio."""
-        groups: dict[str, dict[str, float]] = {}
-        for name, value in _named(message).items():
-            channel, _, indicator = name.rpartition('/')
-            kind = indicator.split('_')[0]
-            if kind not in _INDICATOR_KINDS or not indicator[-1:].isdigit():
-                kind = 'other'
-            path = '/'.join(part for part in (style.INDICATORS, channel, kind) if part)
-            groups.setdefault(path, {})[indicator] = value
-        for path, values in groups.items():
-            self._curves.add(path, offset_ns, [*values], [*values.values()])
-
-    def _on_status(self, topic: Topic, message: Any) -> None:
-        """Log alarm and health: a line whenever a level changes; health only once it is bad."""
-        for status in message.status:
-            level = min(level_of(status), len(style.LEVELS) - 1)
-            name = style.LEVELS[level]
-            is_alarm = topic == topics.ALARM
-            known = self._levels.get(status.name, None if is_alarm else 0)
-            self._levels[status.name] = level
-            if level == known:
-                continue
-            if is_alarm:
-                self._stream.log(style.ALARM_LEVEL, rr.StateChange(state=name))
-            text = status.message if is_alarm else f'{status.name}: {status.message}'
-            self._stream.log(
-                f'{style.LOG}/{"alarm" if is_alarm else "health"}',
-                rr.TextLog(text, level=name, color=style.LEVEL_COLOURS[level]),
-            )
+        self._rig.set_crack(float(ratio))
 
     def _on_config(self, text: str) -> None:
-        """Take the geometry of the rotor from the run's configuration."""
+        """Take the rotor, the rules of the alarm and the units from the run's configuration.
+
+        Rotor and rules are known only where it holds a scenario: an imported recording is of
+        another machine, and judged by whoever analyzes it.
+        """
         try:
-            geometry = scene.Geometry.from_config(json.loads(text))
-        except ValueError as error:
-            self.note(f'rotor/config cannot be used, the rig is drawn as before ({error})')
+            config = json.loads(text)
+            if not isinstance(config, Mapping):
+                raise ValueError('it is not a mapping')
+            geometry = scene.Geometry.from_config(config)
+            scenario = config.get('scenario')
+            if isinstance(scenario, Mapping):
+                self._geometry = geometry
+                if 'monitor' in scenario:
+                    self._rules = MonitorConfig.of_run(config).alarm.rules
+        except (ValueError, ConfigError) as error:
+            self.note(f'rotor/config cannot be used ({error})')
             return
-        if geometry != self._geometry:
-            self._geometry = geometry
-            scene.log_bodies(self._stream, geometry)
+        self._units = Units.from_config(config)
+        self._use_config()
 
 
 def _placed(block: WaveformBlock) -> WaveformBlock:
@@ -374,17 +396,6 @@ def _named(message: Any) -> dict[str, float]:
     if len(message.name) != len(message.position):
         raise WireError(f'{len(message.name)} names for {len(message.position)} numbers')
     return dict(zip(message.name, message.position, strict=True))
-
-
-def _groups(columns: tuple[str, ...]) -> dict[str, list[str]]:
-    """Return the channels by entity: `disk`, `brg1`, `brg1_acceleration` and so on."""
-    groups: dict[str, list[str]] = {}
-    for name in columns:
-        if name in CHANNEL_COLUMNS:
-            point, _, axis = name.partition('_')
-            path = f'{style.WAVEFORM}/{point}' + ('_acceleration' if axis[0] == 'a' else '')
-            groups.setdefault(path, []).append(name)
-    return groups
 
 
 def _origin_ns(block: WaveformBlock) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from vibration_monitor.names import number_text
 from vibration_monitor.view import style
 from vibration_monitor.view.curves import time_column
 from vibration_monitor.view.style import EXAGGERATION, RIG, Colour
@@ -71,12 +72,15 @@ class Geometry:
 
 
 def _find(document: Any, name: str) -> Any:
-    """Return the first number called `name` in nested mappings and lists, or None."""
+    """Return the first number called `name` in nested mappings and lists, or None.
+
+    What the monitor is told of the rotor (`monitor`) is not the rotor.
+    """
     if isinstance(document, Mapping):
         value = document.get(name)
         if isinstance(value, int | float) and not isinstance(value, bool):
             return value
-        document = list(document.values())
+        document = [value for key, value in document.items() if key != 'monitor']
     if isinstance(document, list):
         for item in document:
             value = _find(item, name)
@@ -254,7 +258,7 @@ def displacement(rows: NDArray[np.void], point: str) -> NDArray[np.float32] | No
 
 
 def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float | None) -> None:
-    """Draw the load as an arrow on the disk and write what the picture shows."""
+    """Draw the load as an arrow on the disk and write what the picture shows (NaN: unknown)."""
     if math.isfinite(load_factor):
         length_m = LOAD_ARROW_M_PER_G * load_factor
         arrow = rr.Arrows3D(
@@ -267,13 +271,52 @@ def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float 
     else:
         stream.log(f'{RIG}/load', rr.Clear(recursive=False))
     crack = 'not told' if crack_ratio is None else f'K = {crack_ratio:.3g}'
+    load = f'n = {number_text(load_factor, ".1f")}'
     stream.log(
         f'{RIG}/text',
         rr.Points3D(
             [[0.0, 0.26, 0.0]],
             radii=0.0,
             colors=style.PALE,
-            labels=f'displacements x {EXAGGERATION:g}; n = {load_factor:.1f}; crack {crack}',
+            labels=f'displacements x {EXAGGERATION:g}; {load}; crack {crack}',
             show_labels=True,
         ),
     )
+
+
+class Rig:
+    """The rotor of one run; drawn only where its geometry is told and its disk is measured."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self.drawn: set[str] = set()
+        """Entities that have something to show."""
+        self.geometry: Geometry | None = None
+        """Rotor that the run's configuration tells; None before, and for other machines."""
+        self._stream = stream
+        self._bodies: Geometry | None = None
+        self._crack_ratio: float | None = None
+
+    def set_crack(self, stiffness_ratio: float) -> None:
+        """Take the crack that the truth tells, at the time that is set on the stream."""
+        if stiffness_ratio != self._crack_ratio:
+            self._crack_ratio = stiffness_ratio
+            if self._bodies is not None:
+                log_crack(self._stream, self._bodies, stiffness_ratio)
+
+    def send(self, offsets_ns: NDArray[np.int64], rows: NDArray[np.void]) -> None:
+        """Send the poses at these rows."""
+        disk = displacement(rows, 'disk')
+        if self.geometry is None or disk is None or not np.isfinite(disk).all(axis=1).any():
+            return
+        if self._bodies != self.geometry:
+            self._bodies = self.geometry
+            self.drawn.add(RIG)
+            log_bodies(self._stream, self.geometry)
+            if self._crack_ratio is not None:
+                log_crack(self._stream, self.geometry, self._crack_ratio)
+        send_poses(self._stream, self.geometry, offsets_ns, rows)
+
+    def draw_load(self, load_factor: float) -> None:
+        """Draw the load at the time that is set on the stream; NaN: not known."""
+        if self._bodies is not None:
+            log_load(self._stream, load_factor, self._crack_ratio)

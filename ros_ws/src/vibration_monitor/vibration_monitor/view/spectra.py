@@ -9,26 +9,45 @@ import rerun as rr
 from PIL import Image
 
 from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.names import shown_channel
 from vibration_monitor.view import style
-from vibration_monitor.view.spectrogram import COLUMNS, MAX_ORDER, ROWS, Spectrogram, decibels
+from vibration_monitor.view.spectrogram import (
+    COLUMNS,
+    MAX_ORDER,
+    NANOMETRE,
+    ROWS,
+    Spectrogram,
+    decibels,
+)
+from vibration_monitor.view.units import Units
 
 SPECTROGRAM_EVERY_S = 1.0
 
 
 class Spectra:
-    """Draws the spectra of the main channel; set the time of the stream before each call."""
+    """Draws the spectra of the shown channel; set the time of the stream before each call."""
 
     def __init__(self, stream: rr.RecordingStream) -> None:
+        self.channel = ''
+        """Channel whose spectra are drawn: chosen from the first table, '' before it."""
+        self.drawn: set[str] = set()
+        """Entities that have something to show."""
         self._stream = stream
+        self.units = Units()
+        self._reference = NANOMETRE
         self._spectrogram = Spectrogram()
         self._due_s = 0.0
         self._labelled_span_s = 0.0
 
     def draw(self, time_s: float, table: WaveformBlock) -> None:
-        """Draw a table with `order` and amplitudes (m, zero to peak); nothing where it is NaN."""
-        if not {'order', style.MAIN_CHANNEL} <= set(table.columns):
+        """Draw a table with `order` and amplitudes (SI, zero to peak); nothing where it is NaN."""
+        if not self.channel:
+            self.channel = shown_channel(table.columns)
+            self._reference = self.units.reference(self.channel)[0]
+            self._spectrogram = Spectrogram(self._reference)
+        if not {'order', self.channel} <= set(table.columns):
             return
-        known = np.isfinite(table.rows[style.MAIN_CHANNEL])
+        known = np.isfinite(table.rows[self.channel])
         rows = table.rows[known & (table.rows['order'] < MAX_ORDER)]
         orders = rows['order'].astype(np.float64)
         if len(orders) < 2:
@@ -37,13 +56,14 @@ class Spectra:
         self._stream.log(
             style.SPECTRUM,
             rr.BarChart(
-                decibels(rows[style.MAIN_CHANNEL]).astype(np.float32),
+                decibels(rows[self.channel], self._reference).astype(np.float32),
                 abscissa=orders,
                 widths=np.gradient(orders).astype(np.float32),
                 color=style.SPECTRUM_COLOUR,
             ),
         )
-        self._spectrogram.add(time_s, orders, rows[style.MAIN_CHANNEL])
+        self.drawn |= {style.SPECTRUM, style.SPECTROGRAM}
+        self._spectrogram.add(time_s, orders, rows[self.channel])
         if time_s >= self._due_s:
             self._due_s = time_s + SPECTROGRAM_EVERY_S
             self.send_spectrogram()

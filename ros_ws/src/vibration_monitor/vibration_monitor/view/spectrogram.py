@@ -11,6 +11,7 @@ MAX_ORDER = 6.0
 FIRST_SPAN_S = 20.0
 LOWEST_DB = 10.0
 HIGHEST_DB = 90.0
+NANOMETRE = 1e-9
 HOLD_S = 2.0
 """A window colours the time back to the one before it, but never more than this."""
 
@@ -23,10 +24,10 @@ _ANCHORS = np.array(
 )  # fmt: skip
 
 
-def decibels(amplitude_m: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return 20 log10(amplitude / 1 nm), zero where it is below 1 nm, NaN where it is NaN."""
-    amplitude = np.asarray(amplitude_m, np.float64)
-    return 20.0 * np.log10(np.maximum(amplitude / 1e-9, 1.0))
+def decibels(amplitude: NDArray[np.floating], reference: float = NANOMETRE) -> NDArray[np.float64]:
+    """Return 20 log10(amplitude / reference), zero where it is below that, NaN where it is NaN."""
+    ratio = np.asarray(amplitude, np.float64) / reference
+    return 20.0 * np.log10(np.maximum(ratio, 1.0))
 
 
 def colours(values_db: NDArray[np.floating]) -> NDArray[np.uint8]:
@@ -42,18 +43,20 @@ def colours(values_db: NDArray[np.floating]) -> NDArray[np.uint8]:
 class Spectrogram:
     """Collects order spectra; when the flight outgrows the picture, pairs of columns merge.
 
-    `span_s` is the time the picture covers, from 0: 20 s, then 40 s, 80 s and so on.
+    `span_s` is the time the picture covers, from 0: 20 s, then 40 s, 80 s and so on; `reference`
+    is the amplitude of 0 dB.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, reference: float = NANOMETRE) -> None:
+        self._reference = reference
         self.span_s = FIRST_SPAN_S
         self._values = np.full((ROWS, COLUMNS), np.nan)
         self._newest_s = 0.0
 
     def add(
-        self, time_s: float, orders: NDArray[np.floating], amplitude_m: NDArray[np.floating]
+        self, time_s: float, orders: NDArray[np.floating], amplitude: NDArray[np.floating]
     ) -> None:
-        """Add the spectrum of the window that ends at `time_s`; amplitude in m, zero to peak."""
+        """Add the spectrum of the window that ends at `time_s`; amplitude in SI, zero to peak."""
         while time_s >= self.span_s:
             pairs = self._values.reshape(ROWS, COLUMNS // 2, 2)
             self._values = np.full((ROWS, COLUMNS), np.nan)
@@ -63,7 +66,7 @@ class Spectrogram:
         self._newest_s = time_s
         scale = COLUMNS / self.span_s
         held = slice(min(int(start_s * scale), int(time_s * scale)), int(time_s * scale) + 1)
-        column = self._rows(np.asarray(orders, np.float64), decibels(amplitude_m))
+        column = self._rows(np.asarray(orders, np.float64), decibels(amplitude, self._reference))
         self._values[:, held] = np.fmax(self._values[:, held], column[:, np.newaxis])
 
     def _rows(

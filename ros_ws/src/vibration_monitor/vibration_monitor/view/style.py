@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names, units, colours and entity paths of everything the view shows: declared once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from vibration_monitor.names import is_acceleration, is_channel
 
 APPLICATION_ID = 'cracked_rotor_rig'
 TIMELINE = 'flight_time'
@@ -10,9 +13,6 @@ TIMELINE = 'flight_time'
 
 EXAGGERATION = 1000.0
 """Displacements in the 3-D rig are drawn this many times larger than they are."""
-
-MAIN_CHANNEL = 'disk_z'
-"""Across the load: where a breathing crack shows first."""
 
 Colour = tuple[int, int, int]
 
@@ -51,10 +51,17 @@ WAVEFORM = 'waveform'
 DISPLACEMENT = f'{WAVEFORM}/disk'
 ACCELERATION = f'{WAVEFORM}/brg1_acceleration'
 INDICATORS = 'indicators'
-RATIOS = f'{INDICATORS}/{MAIN_CHANNEL}/ratio'
+WINDOW_SPEED = f'{INDICATORS}/speed'
+AMPLITUDES = 'amplitudes'
+RULES = 'alarm_rules'
+LIMITS = 'alarm_limits'
+BY_WINDOW = (f'{INDICATORS}/', f'{AMPLITUDES}/', f'{RULES}/')
+"""Entities with one number a window: each has a mark."""
+
 SPECTRUM = 'spectrum'
 SPECTROGRAM = 'spectrogram'
-ALARM_LEVEL = 'alarm'
+ALARM_LEVEL = 'alarm/level'
+ALARM_SENTENCE = 'alarm/sentence'
 LOG = 'log'
 ORBIT = 'orbit'
 RIG = 'rig'
@@ -66,6 +73,7 @@ SERIES: dict[str, tuple[Series, ...]] = {
     ),
     LOAD_SENSOR: (Series('airframe sensor', DIM_BLUE, width=4.0),),
     SPEED: (Series('speed', LIME),),
+    WINDOW_SPEED: (Series('mean speed of a window', LIME),),
     CRACK_TRUTH: (Series('crack stiffness ratio K', RED),),
 }
 """Curves whose number is fixed."""
@@ -85,12 +93,16 @@ BY_NAME: dict[str, Series] = {
     'ratio_3_1': Series('A3/A1', MAGENTA),
     'ratio_4_1': Series('A4/A1', VIOLET),
     'ratio_2.5_1': Series('A2.5/A1', LIME),
+    'amplitude_order_1': Series('1x', TEAL),
+    'amplitude_order_2': Series('2x', MAGENTA),
+    'amplitude_order_3': Series('3x', VIOLET),
 }
 """Curves that depend on what the messages carry, by column or indicator name."""
 
 PALETTE = (BLUE, ORANGE, TEAL, MAGENTA, LIME, VIOLET, AMBER, GREEN, RED, GREY)
 """For names that nobody declared."""
 
+RULE_COLOUR = BLUE
 SPECTRUM_COLOUR = ORANGE
 ORBIT_COLOUR = ORANGE
 ORBIT_MARK_COLOUR = PALE
@@ -99,6 +111,31 @@ LOAD_COLOUR = AMBER
 
 LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 LEVEL_COLOURS = (GREEN, (235, 170, 40), RED, GREY)
+
+
+def channel_name(channel: str) -> str:
+    """Return a channel as people read it: `disk z`; the column's name where nobody declared one."""
+    return BY_NAME[channel].name if channel in BY_NAME else channel
+
+
+def channel_groups(columns: Sequence[str]) -> dict[str, list[str]]:
+    """Return the channels by entity: `disk`, `brg1`, `brg1_acceleration` and so on."""
+    groups: dict[str, list[str]] = {}
+    for name in filter(is_channel, columns):
+        point = name.rpartition('_')[0]
+        path = f'{WAVEFORM}/{point}' + ('_acceleration' if is_acceleration(name) else '')
+        groups.setdefault(path, []).append(name)
+    return groups
+
+
+def ratios(channel: str) -> str:
+    """Return the entity of the amplitudes of a channel over that at 1x."""
+    return f'{INDICATORS}/{channel}/ratio'
+
+
+def amplitudes(channel: str) -> str:
+    """Return the entity of the amplitudes of a channel in the unit that people read."""
+    return f'{AMPLITUDES}/{channel}'
 
 
 def series_of(path: str, names: list[str]) -> list[Series]:
