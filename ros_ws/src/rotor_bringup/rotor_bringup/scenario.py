@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any, Self
 
 import pydantic
-import yaml
 
 from maneuver_gen.config import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
 from rotor_bringup.errors import ScenarioError
 from rotor_interfaces.config import quantity
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.plain_data import LARGEST_YAML, parse_yaml
+from rotor_interfaces.text_file import read_text
 from rotor_sim.config import RotorSimConfig
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
@@ -102,20 +104,17 @@ def load_scenario(source: str, **changes: Any) -> Scenario:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text('utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f'scenario {path} cannot be read: {error}') from None
+        return read_text(path, LARGEST_YAML)
+    except DataError as error:
+        raise ScenarioError(f'scenario {error}') from None
 
 
 def _parse(text: str, source: str) -> dict[str, Any]:
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        place = f' in line {mark.line + 1}' if mark else ''
-        problem = getattr(error, 'problem', None) or 'it cannot be parsed'
-        raise ScenarioError(f'scenario {source} is not valid YAML{place}: {problem}') from None
-    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        data = parse_yaml(text)
+    except DataError as error:
+        raise ScenarioError(f'scenario {source}: {error}') from None
+    if not isinstance(data, dict):
         raise ScenarioError(f'scenario {source} must be a mapping of keys such as `maneuver`')
     return data
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from rotor_sim.analysis import OperatingPoint, Plan, sweep
@@ -164,7 +163,7 @@ class Figure:
 def load_facts() -> dict[str, Any]:
     """Return what the paper reports, as stored in `facts.yaml`."""
     text = importlib.resources.files(__package__).joinpath('facts.yaml').read_text('utf-8')
-    facts: dict[str, Any] = yaml.safe_load(text)
+    facts: dict[str, Any] = parse_yaml(text)
     return facts
 
 
