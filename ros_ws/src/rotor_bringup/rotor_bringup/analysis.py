@@ -71,6 +71,9 @@ def analyze_recording(path: Path) -> Analysis:
     """
     recording = Recording(path)
     scenario = (recording.config() or {}).get('scenario', {})
+    if not isinstance(scenario, dict):
+        recording.note('the scenario in its run configuration is not a mapping and is ignored')
+        scenario = {}
     monitor = VibrationMonitor(MonitorConfig.from_mapping(scenario.get('monitor', {}), 'monitor'))
     state = RunState(0.0)
     start_ns = recording.start_ns or 0

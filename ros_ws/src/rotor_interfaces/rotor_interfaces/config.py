@@ -41,7 +41,7 @@ class ConfigModel(pydantic.BaseModel):
         """Return the model for plain data (YAML or JSON); `where` prefixes keys in errors."""
         try:
             text = json.dumps(data)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise ConfigError(
                 f'{where or cls.__name__} holds a value that is not plain text, number, '
                 f'boolean, list or mapping ({error})'

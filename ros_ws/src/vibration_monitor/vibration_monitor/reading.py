@@ -3,7 +3,6 @@
 """Reading recordings: whole ones, those of a killed recorder, and damaged ones."""
 
 import heapq
-import json
 import re
 import struct
 import zlib
@@ -12,11 +11,12 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 from rosbags.serde import SerdeError
 
 from rotor_interfaces import messages, topics
-from rotor_interfaces.errors import WireError
+from rotor_interfaces.errors import DataError, WireError
+from rotor_interfaces.plain_data import LARGEST_YAML, parse_json, parse_yaml
+from rotor_interfaces.text_file import read_text
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
 from vibration_monitor.errors import RecordingError
@@ -206,8 +206,8 @@ class Recording:
 
     def _parsed_config(self, text: str) -> dict[str, Any] | None:
         try:
-            config = json.loads(text)
-        except ValueError:
+            config = parse_json(text)
+        except DataError:
             config = None
         if isinstance(config, dict):
             return config
@@ -247,11 +247,11 @@ class Recording:
         if not path.is_file():
             return None
         try:
-            document = yaml.safe_load(path.read_text(encoding='utf-8'))
+            document = parse_yaml(read_text(path, LARGEST_YAML), foreign=True)
             names = document['rosbag2_bagfile_information']['relative_file_paths']
             # only the name: an older rosbag2 wrote the folder too, and nothing outside is read
             return [Path(str(name)).name for name in names]
-        except (OSError, ValueError, yaml.YAMLError, TypeError, KeyError, RecursionError):
+        except (DataError, TypeError, KeyError):
             self.note(f'{METADATA_FILE} is damaged, so all .mcap files of the folder are read')
             return None
 

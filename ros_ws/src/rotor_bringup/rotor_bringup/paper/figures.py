@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.plain_data import parse_yaml
 from rotor_sim.analysis import OperatingPoint, Plan, sweep
 from rotor_sim.parameters import RotorParameters
 

@@ -4,7 +4,6 @@
 
 import heapq
 import itertools
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +15,7 @@ from rotor_interfaces import topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS, level_of
+from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, decode
 from vibration_monitor.view import scene, style
@@ -335,7 +335,7 @@ class RigView:
     def _on_config(self, text: str) -> None:
         """Take the geometry of the rotor from the run's configuration."""
         try:
-            geometry = scene.Geometry.from_config(json.loads(text))
+            geometry = scene.Geometry.from_config(parse_json(text))
         except ValueError as error:
             self.note(f'rotor/config cannot be used, the rig is drawn as before ({error})')
             return
