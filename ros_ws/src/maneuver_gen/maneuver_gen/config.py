@@ -317,7 +317,7 @@ def parse_maneuver(data: Mapping[str, Any] | str) -> ManeuverConfig:
         try:
             data = parse_json(data)
         except DataError as error:
-            raise ManeuverError(f'the manoeuvre must be a JSON object: {error}') from None
+            raise ManeuverError(f'the manoeuvre is not valid JSON: {error}') from None
     return _Root.from_mapping({'maneuver': data}).maneuver
 
 

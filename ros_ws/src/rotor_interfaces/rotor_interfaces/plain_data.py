@@ -109,7 +109,7 @@ def parse_json(text: str) -> Any:
     except DataError as error:
         raise DataError(f'it has {error}') from None
     except json.JSONDecodeError as error:
-        raise DataError(f'line {error.lineno} is not valid JSON: {error.msg}') from None
+        raise DataError(f'line {error.lineno}: {error.msg}') from None
     except RecursionError:
         raise DataError(f'it has {_TOO_DEEP}') from None
     return data

@@ -15,8 +15,9 @@ def read_text(path: Path, largest_bytes: int) -> str:
     Only a regular file of at most `largest_bytes` is read: no folder, device or pipe.
     """
     try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise DataError(f'{path} is not an ordinary file; name one')
+        mode = path.stat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # to read a folder is an OSError
+            raise DataError(f'{path} cannot be read: it is a device or a pipe; name a file')
         # should it be a pipe by now, opening it does not wait for a writer
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         with open(descriptor, 'rb') as file:  # noqa: PTH123 - a descriptor has no path
@@ -26,7 +27,7 @@ def read_text(path: Path, largest_bytes: int) -> str:
     except ValueError as error:
         if isinstance(error, DataError):
             raise
-        raise DataError(f'{str(path)!r} is not the name of a file: {error}') from None
+        raise DataError(f'{str(path)!r} cannot be read: {error}') from None
     if len(content) > largest_bytes:
         raise DataError(f'{path} has more than {largest_bytes / 1e6:g} MB, the most that is read')
     try:

@@ -377,7 +377,7 @@ def _json(text: str) -> dict[str, Any]:
     try:
         data = parse_json(text)
     except DataError as error:
-        raise ConfigError(f'a parameter must hold a JSON object: {error}') from None
+        raise ConfigError(f'a parameter is not valid JSON: {error}') from None
     if not isinstance(data, dict):
         raise ConfigError(f'a parameter must hold a JSON object, not {text[:40]!r}')
     return data
