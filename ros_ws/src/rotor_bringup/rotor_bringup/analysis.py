@@ -14,6 +14,7 @@ import numpy as np
 
 from rotor_bringup.display import RunState, shown_channel
 from rotor_bringup.errors import ScenarioError
+from rotor_bringup.out_path import check_file
 from rotor_bringup.pipeline import analyze
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
@@ -93,16 +94,16 @@ def analyze_recording(path: Path) -> Analysis:
 
 
 def check_windows_path(path: Path) -> None:
-    """Raise ScenarioError unless `path` ends in .json or .csv; before the long work."""
-    if path.suffix not in _WRITERS:
-        raise ScenarioError(f'--out {path} must end in {" or ".join(_WRITERS)}')
+    """Raise ConfigError unless `path` ends in .json or .csv and can be written."""
+    check_file(path, _WRITERS)
 
 
 def save_windows(analysis: Analysis, path: Path) -> None:
     """Write every window to `path`: .json, or .csv with one row a window; NaN is null or empty.
 
     Raises:
-        ScenarioError: another ending, or a path that cannot be written.
+        ConfigError: another ending, or a folder that is not there.
+        ScenarioError: a path that cannot be written.
 
     """
     check_windows_path(path)

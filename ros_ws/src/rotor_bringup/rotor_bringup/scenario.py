@@ -13,11 +13,12 @@ import pydantic
 from maneuver_gen.config import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
 from rotor_bringup.errors import ScenarioError
-from rotor_interfaces.config import quantity
+from rotor_interfaces.config import quantity, unit_of
 from rotor_interfaces.errors import DataError
-from rotor_interfaces.plain_data import LARGEST_YAML, parse_yaml
+from rotor_interfaces.plain_data import LARGEST_YAML, dump_yaml, parse_yaml
 from rotor_interfaces.text_file import read_text
 from rotor_sim.config import RotorSimConfig
+from rotor_sim.parameters import RotorParameters
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import Recording
 
@@ -63,6 +64,22 @@ class Scenario(RotorSimConfig):
     def plain(self) -> dict[str, Any]:
         """Return the scenario as plain data that makes an equal scenario again."""
         return self.model_dump(mode='json')
+
+    def yaml(self) -> str:
+        """Return the YAML of an equal scenario: every value, the rotor's with their units."""
+        return ''.join(
+            _rotor_yaml(value) if key == 'rotor' else dump_yaml({key: value})
+            for key, value in self.plain().items()
+        )
+
+
+def _rotor_yaml(rotor: Mapping[str, float]) -> str:
+    lines = ['rotor:\n']
+    for name, value in rotor.items():
+        unit = unit_of(RotorParameters.model_fields[name])
+        comment = f'  # {unit}' if unit not in ('', '1') else ''
+        lines.append(f'  {dump_yaml({name: value}).rstrip()}{comment}\n')
+    return ''.join(lines)
 
 
 def shipped_scenarios() -> list[str]:
