@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_interfaces.errors import DataError
@@ -53,6 +53,7 @@ def same(first: Any, second: Any) -> bool:
     return repr(first) == repr(second)
 
 
+@settings(deadline=None)
 @given(texts)
 def test_any_text_is_data_or_one_error(text: str) -> None:
     for read in (parse_yaml, lambda text: parse_yaml(text, foreign=True), parse_json):
@@ -65,6 +66,7 @@ def test_any_text_is_data_or_one_error(text: str) -> None:
         said.encode()
 
 
+@settings(deadline=None)
 @given(plain)
 def test_what_is_dumped_is_read_again(data: Any) -> None:
     assert same(parse_yaml(dump_yaml(data)), data)
@@ -72,6 +74,7 @@ def test_what_is_dumped_is_read_again(data: Any) -> None:
     assert same(yaml.safe_load(dump_yaml(data)), data), 'other readers must see the same'
 
 
+@settings(deadline=None)
 @given(plain)
 def test_json_is_read_again_and_as_yaml_too(data: Any) -> None:
     assert same(parse_json(json.dumps(data)), data)
@@ -89,6 +92,7 @@ pyyaml_plain = st.recursive(
 )
 
 
+@settings(deadline=None)
 @given(pyyaml_plain)
 def test_what_pyyaml_dumps_is_read_again(data: Any) -> None:
     assert same(parse_yaml(yaml.safe_dump(data, sort_keys=False)), data)
