@@ -5,6 +5,7 @@
 Every case goes through the command line's own entry point; a few also as a real process.
 """
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -148,6 +149,31 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     'unknown command': (['fly'], ['fly']),
     'no output named': (['simulate'], ['--out']),
     'output folder absent': (['simulate', '--out', 'no/such/folder/a.mcap'], ['no/such/folder']),
+    'recording as CSV': (['simulate', '--out', 'x.csv'], ['--out x.csv', '.mcap', 'analyze']),
+    'recording without ending': (['simulate', '--out', 'x'], ['--out x', '.mcap']),
+    'recording into a folder': (['simulate', '--out', '.'], ['--out .', '.mcap']),
+    'record into a name of a file': (['run', '--record', 'x.mcap'], ['--record x.mcap', 'folder']),
+    'windows as text': (['analyze', 'empty.mcap', '--out', 'x.txt'], ['x.txt', '.json or .csv']),
+    'windows into no folder': (['analyze', 'empty.mcap', '--out', 'no/x.csv'], ['no folder no']),
+    'view as picture': (['view', 'empty.mcap', '--save', 'x.png'], ['--save x.png', '.rrd']),
+    'picture as view': (
+        ['view', 'empty.mcap', '--screenshot', 'x.rrd'],
+        ['--screenshot x.rrd', '.png'],
+    ),
+    'import as CSV': (['import', 'x.mat', '--out', 'x.csv'], ['--out x.csv', '.mcap']),
+    'diagram of no kind': (
+        ['orbit-diagram', '--over', 'speed', '100', '200', '3', '--out', 'x.foo'],
+        ['--out x.foo', '.png'],
+    ),
+    'exponent of no kind': (['lyapunov', '--out', 'x.txt'], ['--out x.txt', '.png']),
+    'data set as a file': (['dataset', 'smoke', '--out', 'x.parquet'], ['x.parquet', 'folder']),
+    'paper as a file': (['paper', '--out', 'x.pdf'], ['x.pdf', 'folder']),
+    'evaluation as a file': (
+        ['evaluate', 'threshold', '--suite', 'smoke', '--out', 'x.json'],
+        ['x.json', 'folder'],
+    ),
+    'scenario from a device': (['scenario', 'show', '/dev/zero'], ['/dev/zero']),
+    'show nothing': (['scenario', 'show', 'no_such.yaml'], ['no_such.yaml']),
     'analyse nothing': (['analyze', 'no_such.mcap'], ['no_such.mcap']),
     'replay nothing': (['replay', 'no_such.mcap'], ['no_such.mcap']),
     'replay backwards': (['replay', 'empty.mcap', '--rate=-1'], ['rate']),
@@ -207,6 +233,7 @@ def test_command(command: Callable[..., tuple[int, str]], tmp_path: Path, case: 
     arguments, wanted = COMMANDS[case]
     (tmp_path / 'empty.mcap').write_bytes(b'')
     assert_one_sentence(*command(*arguments), wanted)
+    assert [path.name for path in tmp_path.iterdir()] == ['empty.mcap'], 'nothing may be written'
 
 
 @pytest.mark.parametrize('verb', ['analyze', 'replay', 'view --save a.rrd'])
@@ -227,13 +254,53 @@ def test_recording(
         ('- 1\n- 2\n', ['mapping']),
         ('1: 2\n', ['mapping']),
         ('', ['mapping']),
+        ('seed: 010\n', ['bad.yaml', 'line 1', '8 in YAML 1.1', '10 in YAML 1.2', '0o10']),
+        ('seed: 1\nduration_s: 1:30\n', ['line 2', '90']),
+        ('name: yes\n', ['line 1', 'true', "'yes'"]),
+        ('seed: 1_000\n', ['line 1', '1000']),
+        ('seed: 1\nname: a\nseed: 2\n', ['line 3', 'seed', 'line 1']),
+        ('duration_s: 2024-01-01\n', ['duration_s', '2024-01-01', 'number']),
+        ('seed: !!python/name:os.system\n', ['line 1', 'tag']),
+        ('maneuver: &a [*a]\n', ['line 1', 'alias *a']),
+        ('a: &a [x, x]\nb: &b [' + '*a, ' * 400 + ']\nc: [' + '*b, ' * 400 + ']', ['line 3']),
+        ('maneuver: ' + '[' * 300, ['line 1', '64']),
+        ('seed: ' + '7' * 5000, ['line 1', '5000']),
+        ('duration_s: 1e999', ['line 1', '1e999']),
+        ('duration_s: .nan\nmaneuver: {profile: constant}', ['duration_s = nan', '86400']),
+        ('seed: 1\n\tname: a\n', ['line 2', 'tab']),
+        ('name: "\\ud800"', ['line 1']),
+        ('a: 1\n---\nb: 1\n', ['line 2', 'document']),
+        ('# ' + 'x' * 1_000_000, ['bad.yaml', '1 MB']),
     ],
 )
+@pytest.mark.parametrize('verb', ['check', 'show'])
 def test_yaml(
-    command: Callable[..., tuple[int, str]], tmp_path: Path, text: str, wanted: list[str]
+    command: Callable[..., tuple[int, str]],
+    tmp_path: Path,
+    text: str,
+    wanted: list[str],
+    verb: str,
 ) -> None:
     (tmp_path / 'bad.yaml').write_text(text)
-    assert_one_sentence(*command('scenario', 'check', 'bad.yaml'), wanted)
+    code, said = command('scenario', verb, 'bad.yaml')
+    assert_one_sentence(code, said, wanted)
+    assert len(said) < 400
+
+
+@pytest.mark.parametrize('path', ['/dev/zero', 'pipe', '.'])
+def test_flight_that_is_no_file(
+    command: Callable[..., tuple[int, str]], tmp_path: Path, path: str
+) -> None:
+    os.mkfifo(tmp_path / 'pipe')
+    (tmp_path / 'bad.yaml').write_text(yaml.safe_dump(maneuver(profile='recorded', path=path)))
+    for verb in (['simulate', '--out', 'out.mcap'], ['scenario', 'check']):
+        assert_one_sentence(*command(*verb, 'bad.yaml'), ['cannot be read'])
+
+
+def test_suite(command: Callable[..., tuple[int, str]], tmp_path: Path) -> None:
+    (tmp_path / 'bad.yaml').write_text('base: smoke\ngrowth_s: 1:30\n')
+    assert_one_sentence(*command('dataset', 'bad.yaml', '--out', 'data'), ['line 2', '90'])
+    assert not (tmp_path / 'data').exists()
 
 
 # node module, parameters, and what the sentence must contain

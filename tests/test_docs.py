@@ -5,6 +5,7 @@
 import importlib.util
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +35,47 @@ def test_the_scenario_example_is_a_scenario() -> None:
     (example,) = blocks('scenarios.md', 'yaml')
     scenario = Scenario.from_mapping(yaml.safe_load(example))
     assert scenario.duration_s == 20.0
+
+
+def printed_values(page: str) -> list[tuple[str, str]]:
+    """Return key and number, as printed but for the unit, of the tables of a page."""
+    rows = re.findall(r'^\| `([a-z0-9_.]+)` \| ([^|]*) \|', text(page), re.MULTILINE)
+    number = re.compile(r'([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(?: [^,;]+)?')
+    return [(key, found[1]) for key, cell in rows if (found := number.fullmatch(cell.strip()))]
+
+
+def nested(key: str, value: str) -> str:
+    """Return `{a: {b: value}}` for the key a.b."""
+    for name in reversed(key.split('.')):
+        value = f'{{{name}: {value}}}'
+    return value
+
+
+def at(data: Any, key: str) -> Any:
+    for name in key.split('.'):
+        data = data[name]
+    return data
+
+
+@pytest.mark.parametrize(
+    ('page', 'section', 'least'),
+    [('physics.md', 'rotor', 13), ('monitor.md', 'monitor', 8), ('sensors.md', 'sensors', 40)],
+)
+def test_what_is_printed_can_be_pasted(page: str, section: str, least: int, tmp_path: Path) -> None:
+    """Defaults as the tables print them, 1e-05 and all; those of sensors.md are of presets."""
+    printed = [(key, v) for key, v in printed_values(page) if '.' in key or section != 'sensors']
+    assert len(printed) >= least
+    file = tmp_path / 'pasted.yaml'
+    head = 'maneuver: {profile: constant}\n'
+    file.write_text(head)
+    bare = load_scenario(str(file)).plain()
+    for key, value in printed:
+        preset = 'preset: realistic, ' if section == 'sensors' else ''  # bits need a range
+        file.write_text(f'{head}{section}: {{{preset}{nested(key, value)[1:]}\n')
+        pasted = at(load_scenario(str(file)).plain()[section], key)
+        assert pasted == float(value), key
+        if section != 'sensors':
+            assert pasted == pytest.approx(at(bare[section], key), rel=1e-5), key
 
 
 def test_every_shipped_scenario_is_listed_and_describes_itself() -> None:

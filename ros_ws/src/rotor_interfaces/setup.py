@@ -23,6 +23,7 @@ setup(
     install_requires=[
         'numpy>=2.0',
         'pydantic>=2.9',
+        'pyyaml>=6.0',
         'rosbags>=0.11',
     ],
     extras_require={

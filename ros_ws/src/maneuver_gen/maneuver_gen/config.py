@@ -7,7 +7,6 @@ A load factor is apparent gravity in units of 9.81 m/s^2: the normal one pushes 
 """
 
 import difflib
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +18,8 @@ from maneuver_gen.errors import ManeuverError
 from maneuver_gen.gusts import Wave, gust_waves
 from maneuver_gen.profiles import GRAVITY_M_S2, SMOOTH_STEP_PEAK_SLOPE, RatePulse
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.plain_data import parse_json
 
 LOAD_FACTOR_RANGE = (-3.0, 12.0)
 LATERAL_LOAD_FACTOR_RANGE = (-3.0, 3.0)
@@ -314,8 +315,8 @@ def parse_maneuver(data: Mapping[str, Any] | str) -> ManeuverConfig:
     """
     if isinstance(data, str):
         try:
-            data = json.loads(data)
-        except ValueError as error:
+            data = parse_json(data)
+        except DataError as error:
             raise ManeuverError(f'the manoeuvre is not valid JSON: {error}') from None
     return _Root.from_mapping({'maneuver': data}).maneuver
 

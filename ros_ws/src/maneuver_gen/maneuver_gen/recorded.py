@@ -4,6 +4,7 @@
 
 import csv
 import functools
+import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ import numpy as np
 from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE, SHIPPED
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.profiles import FloatArray
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.text_file import read_text
 
 _RANGES = {
     'time_s': (-math.inf, math.inf),
@@ -29,6 +32,8 @@ _HEADER_RULE = (
 )
 # a flight exactly as long as the run is long enough, whatever the last digit of its times
 _TIME_TOLERANCE_S = 1e-9
+LARGEST_BYTES = 200_000_000
+"""Of a flight file: a day at 100 rows a second."""
 _FLIGHTS = files('maneuver_gen') / 'flights'
 
 
@@ -97,15 +102,11 @@ def read_flight(path: Path) -> RecordedFlight:
     any order, comma separated, UTF-8. Signs as in `profiles`. Empty lines are skipped.
     """
     try:
-        with path.open(newline='', encoding='utf-8-sig') as stream:
-            columns = _read_columns(path, stream)
-    except ManeuverError:
-        raise
-    except UnicodeDecodeError:
-        raise ManeuverError(f'the flight file {path} is not a UTF-8 text file') from None
-    except (OSError, ValueError, csv.Error) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise ManeuverError(f'the flight file {path} cannot be read: {reason}') from None
+        columns = _read_columns(path, io.StringIO(read_text(path, LARGEST_BYTES), newline=''))
+    except DataError as error:
+        raise ManeuverError(f'the flight file {error}') from None
+    except csv.Error as error:
+        raise ManeuverError(f'the flight file {path} cannot be read: {error}') from None
     times = np.array(columns['time_s'], dtype=np.float64)
     lateral = columns.get('lateral_load_factor', [0.0] * len(times))
     return RecordedFlight(

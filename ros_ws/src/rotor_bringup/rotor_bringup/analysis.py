@@ -14,6 +14,7 @@ import numpy as np
 
 from rotor_bringup.display import RunState
 from rotor_bringup.errors import ScenarioError
+from rotor_bringup.out_path import check_file
 from rotor_bringup.pipeline import analyze_blocks
 from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
 from rotor_interfaces.messages import NANOSECONDS
@@ -88,7 +89,10 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
     """
     recording = Recording(path, waveform_topic)
     name = waveform_name(recording)
-    monitor = VibrationMonitor(MonitorConfig.of_run(recording.config()))
+    config = recording.config() or {}
+    if not isinstance(config.get('scenario', {}), dict):
+        recording.note('the scenario in its run configuration is not a mapping and is ignored')
+    monitor = VibrationMonitor(MonitorConfig.of_run(config))
     state = RunState(0.0)
     start_ns = None
     runs = 0
@@ -128,16 +132,16 @@ def _span_ns(block: WaveformBlock) -> tuple[int, int]:
 
 
 def check_windows_path(path: Path) -> None:
-    """Raise ScenarioError unless `path` ends in .json or .csv; before the long work."""
-    if path.suffix not in _WRITERS:
-        raise ScenarioError(f'--out {path} must end in {" or ".join(_WRITERS)}')
+    """Raise ConfigError unless `path` ends in .json or .csv and can be written."""
+    check_file(path, _WRITERS)
 
 
 def save_windows(analysis: Analysis, path: Path) -> None:
     """Write every window to `path`: .json, or .csv with one row a window; NaN is null or empty.
 
     Raises:
-        ScenarioError: another ending, or a path that cannot be written.
+        ConfigError: another ending, or a folder that is not there.
+        ScenarioError: a path that cannot be written.
 
     """
     check_windows_path(path)

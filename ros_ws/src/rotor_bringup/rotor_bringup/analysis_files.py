@@ -3,7 +3,6 @@
 """Files of an analysis: pictures (.png, .svg) and data (.npz, .parquet), chosen by the ending."""
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_bringup.out_path import check_file
 from rotor_sim.errors import AnalysisError
 
 DOTS_PER_INCH = 150
@@ -35,16 +35,9 @@ class Outcome:
 
 
 def check_paths(paths: list[Path]) -> None:
-    """Raise AnalysisError unless every path has a known ending and can be written."""
+    """Raise ConfigError unless every path has a known ending and can be written."""
     for path in paths:
-        if path.suffix not in _WRITERS:
-            raise AnalysisError(f'--out {path} must end in {" or ".join(_WRITERS)}')
-        if path.is_dir():
-            raise AnalysisError(f'--out {path} is a folder; name a file in it')
-        if not path.parent.is_dir():
-            raise AnalysisError(f'--out {path}: there is no folder {path.parent}; make it first')
-        if not os.access(path if path.exists() else path.parent, os.W_OK):
-            raise AnalysisError(f'--out {path} cannot be written to; choose another folder')
+        check_file(path, _WRITERS)
 
 
 def save(outcome: Outcome, path: Path) -> None:

@@ -4,7 +4,6 @@
 
 import json
 import math
-import os
 import shlex
 import sys
 from collections.abc import Iterable
@@ -13,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import yaml
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 from rich.table import Table
@@ -22,9 +20,10 @@ from typer.core import TyperGroup
 from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.baseline_cli import add_command as add_baseline_command
 from rotor_bringup.dataset.cli import add_command as add_dataset_command
-from rotor_bringup.errors import ProcessError, ScenarioError
+from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.cli import add_command as add_evaluate_command
 from rotor_bringup.importing.cli import add_command as add_import_command
+from rotor_bringup.out_path import check_file, make_folder
 from rotor_bringup.paper.cli import add_command as add_paper_command
 from rotor_bringup.plain_json import without_nan
 from rotor_bringup.scenario import (
@@ -153,6 +152,11 @@ def simulate(
     from rotor_bringup.display import RunState
     from rotor_bringup.pipeline import record
 
+    check_file(
+        out,
+        ['.mcap'],
+        'for CSV, `rotor-rig analyze RECORDING --out FILE.csv` writes its indicators',
+    )
     plan = _load(scenario, duration)
     state = RunState(plan.duration_s)
     with _progress(as_json) as progress:
@@ -254,7 +258,7 @@ def show_scenario(scenario: ScenarioArgument, as_json: JsonOption = False) -> No
     if as_json:
         _print_json(plan.plain())
     else:
-        typer.echo(yaml.safe_dump(plan.plain(), sort_keys=False, allow_unicode=True), nl=False)
+        typer.echo(plan.yaml(), nl=False)
 
 
 @scenario_app.command('check')
@@ -280,14 +284,9 @@ def _load(source: str, duration: float | None) -> Scenario:
 def _new_bag_folder(parent: Path, name: str) -> Path:
     """Return a folder name that does not exist yet; the recorder makes the folder.
 
-    Raises ScenarioError where nothing can be written into `parent`.
+    Raises ConfigError where nothing can be written into `parent`.
     """
-    try:
-        parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ScenarioError(f'--record {parent} cannot be made: {error.strerror}') from None
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise ScenarioError(f'--record {parent} cannot be written to; choose another folder')
+    make_folder(parent, '--record')
     stem = f'{name}-{datetime.now(UTC):%Y%m%d-%H%M%S}'
     candidates = [parent / stem, *(parent / f'{stem}-{number}' for number in range(2, 100))]
     return next(folder for folder in candidates if not folder.exists()).absolute()

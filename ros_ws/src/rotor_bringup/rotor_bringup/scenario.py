@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Self
 
 import pydantic
-import yaml
 
 from maneuver_gen.config import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
 from rotor_bringup.errors import ScenarioError
-from rotor_interfaces.config import quantity
-from rotor_interfaces.errors import RigError
+from rotor_interfaces.config import quantity, unit_of
+from rotor_interfaces.errors import DataError, RigError
+from rotor_interfaces.plain_data import LARGEST_YAML, dump_yaml, parse_yaml
+from rotor_interfaces.text_file import read_text
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.parameters import RotorParameters
 from vibration_monitor.bag_folder import is_recording
@@ -90,6 +91,22 @@ class Scenario(RotorSimConfig):
         """Return the scenario as plain data that makes an equal scenario again."""
         return self.model_dump(mode='json')
 
+    def yaml(self) -> str:
+        """Return the YAML of an equal scenario: every value, the rotor's with their units."""
+        return ''.join(
+            _rotor_yaml(value) if key == 'rotor' else dump_yaml({key: value})
+            for key, value in self.plain().items()
+        )
+
+
+def _rotor_yaml(rotor: Mapping[str, float]) -> str:
+    lines = ['rotor:\n']
+    for name, value in rotor.items():
+        unit = unit_of(RotorParameters.model_fields[name])
+        comment = f'  # {unit}' if unit not in ('', '1') else ''
+        lines.append(f'  {dump_yaml({name: value}).rstrip()}{comment}\n')
+    return ''.join(lines)
+
 
 def _with_facts_of_the_rotor(data: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return scenario data whose monitor has what the file leaves open and the rotor tells.
@@ -161,20 +178,17 @@ def load_scenario(source: str, **changes: Any) -> Scenario:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text('utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f'scenario {path} cannot be read: {error}') from None
+        return read_text(path, LARGEST_YAML)
+    except DataError as error:
+        raise ScenarioError(f'scenario {error}') from None
 
 
 def _parse(text: str, source: str) -> dict[str, Any]:
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        place = f' in line {mark.line + 1}' if mark else ''
-        problem = getattr(error, 'problem', None) or 'it cannot be parsed'
-        raise ScenarioError(f'scenario {source} is not valid YAML{place}: {problem}') from None
-    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        data = parse_yaml(text)
+    except DataError as error:
+        raise ScenarioError(f'scenario {source}: {error}') from None
+    if not isinstance(data, dict):
         raise ScenarioError(f'scenario {source} must be a mapping of keys such as `maneuver`')
     return data
 

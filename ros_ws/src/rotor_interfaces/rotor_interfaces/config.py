@@ -9,7 +9,8 @@ from typing import Any, Self, TypeVar, get_args
 
 import pydantic
 
-from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.errors import ConfigError, DataError
+from rotor_interfaces.plain_data import parse_json
 
 _BOUNDS = {
     'greater_than_equal': 'ge',
@@ -41,20 +42,23 @@ class ConfigModel(pydantic.BaseModel):
         """Return the model for plain data (YAML or JSON); `where` prefixes keys in errors."""
         try:
             text = json.dumps(data)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise ConfigError(
                 f'{where or cls.__name__} holds a value that is not plain text, number, '
                 f'boolean, list or mapping ({error})'
             ) from None
-        return cls.from_json(text, where)
-
-    @classmethod
-    def from_json(cls, text: str, where: str = '') -> Self:
-        """Return the model for a JSON text; raises ConfigError with one sentence."""
         try:
             return cls.model_validate_json(text)
         except pydantic.ValidationError as error:
             raise ConfigError(describe(cls, error, where)) from None
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return the model for a JSON text; raises ConfigError with one sentence."""
+        try:
+            return cls.from_mapping(parse_json(text))
+        except DataError as error:
+            raise ConfigError(f'{cls.__name__} is not valid JSON: {error}') from None
 
 
 Model = TypeVar('Model', bound=ConfigModel)

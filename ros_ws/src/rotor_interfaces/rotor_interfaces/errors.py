@@ -13,3 +13,7 @@ class ConfigError(RigError, ValueError):
 
 class WireError(RigError, ValueError):
     """A message that breaks the wire contract."""
+
+
+class DataError(RigError, ValueError):
+    """A text or file of plain data (YAML, JSON, CSV) that is not taken as such."""

@@ -122,7 +122,8 @@ class RotorSimConfig(ConfigModel):
 
     variant: Variant = pydantic.Field(default='derived', description='reading of the equations')
     rotor: dict[str, Any] = pydantic.Field(
-        default={}, description='changes to single fields of RotorParameters'
+        default={},
+        description='fields of RotorParameters; those left out are added at their defaults',
     )
     speed: SpeedConfig = pydantic.Field(default=SpeedConfig(), description='speed of the shaft')
     crack_growth: tuple[CrackRamp, ...] = pydantic.Field(
@@ -232,9 +233,10 @@ class RotorSimConfig(ConfigModel):
         fixed = {'variant', *VARIANTS['derived']} & rotor.keys()
         if fixed:
             raise RotorError(f'{min(fixed)} belongs to the variant; choose it by the key `variant`')
-        if 'variant' in info.data:
-            RotorParameters.hou2016(info.data['variant'], **rotor)
-        return rotor
+        if 'variant' not in info.data:
+            return rotor
+        filled = RotorParameters.hou2016(info.data['variant'], **rotor)
+        return filled.model_dump(mode='json', exclude={'variant', *VARIANTS['derived']})
 
     @pydantic.model_validator(mode='after')
     def _check(self) -> Self:

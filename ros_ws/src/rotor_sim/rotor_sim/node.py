@@ -7,7 +7,6 @@ the three rules of the co-simulation: never past the grid, never more than a win
 slowest registered consumer (accelerated runs), never ahead of the wall clock (paced runs).
 """
 
-import json
 import sys
 import time
 from typing import Any
@@ -15,8 +14,9 @@ from typing import Any
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.errors import ConfigError, DataError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
+from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import RotorError
@@ -375,8 +375,8 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
 def _json(text: str) -> dict[str, Any]:
     try:
-        data = json.loads(text)
-    except ValueError as error:
+        data = parse_json(text)
+    except DataError as error:
         raise ConfigError(f'a parameter is not valid JSON: {error}') from None
     if not isinstance(data, dict):
         raise ConfigError(f'a parameter must hold a JSON object, not {text[:40]!r}')

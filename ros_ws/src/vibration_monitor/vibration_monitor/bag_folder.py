@@ -9,9 +9,11 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import lz4.frame
-import yaml
 import zstandard
 
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.plain_data import LARGEST_YAML, parse_yaml
+from rotor_interfaces.text_file import read_text
 from vibration_monitor.db3_file import MAGIC, Db3File
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import McapFile
@@ -130,11 +132,11 @@ def _metadata(path: Path, note: Note) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        document = yaml.safe_load(path.read_text(encoding='utf-8'))
+        document = parse_yaml(read_text(path, LARGEST_YAML), foreign=True)
         information = document['rosbag2_bagfile_information']
         if isinstance(information, dict) and isinstance(information['relative_file_paths'], list):
             return information
-    except (OSError, ValueError, yaml.YAMLError, TypeError, KeyError, RecursionError):
+    except (DataError, TypeError, KeyError):
         pass
     note(f'{METADATA_FILE} is damaged, so the files of the folder are read without it')
     return {}

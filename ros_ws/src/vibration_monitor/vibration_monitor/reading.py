@@ -3,7 +3,6 @@
 """Reading recordings: whole ones, those of a killed recorder, and damaged ones."""
 
 import heapq
-import json
 import shutil
 import struct
 import tempfile
@@ -17,7 +16,8 @@ from typing import Any, NamedTuple
 from rosbags.serde import SerdeError
 
 from rotor_interfaces import messages, topics
-from rotor_interfaces.errors import WireError
+from rotor_interfaces.errors import DataError, WireError
+from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
 from vibration_monitor import bag_folder
@@ -256,8 +256,8 @@ class Recording:
 
     def _parsed_config(self, text: str) -> dict[str, Any] | None:
         try:
-            config = json.loads(text)
-        except ValueError:
+            config = parse_json(text)
+        except DataError:
             config = None
         if isinstance(config, dict):
             return config

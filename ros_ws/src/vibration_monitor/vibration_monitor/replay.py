@@ -7,11 +7,12 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import pydantic
-import yaml
 
 from rotor_interfaces import topics
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.errors import DataError
 from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.plain_data import parse_yaml
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import Connection
 from vibration_monitor.reading import RecordedMessage, Recording, require_cdr
@@ -191,8 +192,8 @@ def offer_of(connection: Connection) -> Offer:
     rosbag2 wrote numbers up to version 8 (rmw_qos_*_policy_t) and names since.
     """
     try:
-        profiles = yaml.safe_load(connection.qos_profiles)
-    except yaml.YAMLError:
+        profiles = parse_yaml(connection.qos_profiles, foreign=True)
+    except DataError:
         profiles = None
     first: Any = profiles[0] if isinstance(profiles, list) and profiles else {}
     if not isinstance(first, dict):

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 from rich.console import Console
 
+from rotor_bringup.out_path import check_folder_name
 from rotor_bringup.progress import interruptible
 
 PrintJson = Callable[[dict[str, Any]], None]
@@ -39,6 +40,7 @@ def add_command(app: typer.Typer, console: Console, print_json: PrintJson) -> No
         as_json: Annotated[bool, typer.Option('--json', help='Print the result as JSON.')] = False,
     ) -> None:
         """Write a labelled data set: flights of virtual machines, healthy and cracked."""
+        check_folder_name(out)
         from rotor_bringup.dataset.run import make_dataset  # noqa: PLC0415 - slow
 
         with interruptible(console, suite, out, quiet=as_json, what_is_done='flights') as progress:

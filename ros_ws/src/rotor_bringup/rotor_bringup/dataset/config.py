@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import pydantic
-import yaml
 
 from rotor_bringup.errors import DatasetError
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.plain_data import LARGEST_YAML, parse_yaml
+from rotor_interfaces.text_file import read_text
 
 Family = Literal[
     'level', 'climb_dive', 'pulls_3g', 'pulls_5g', 'pulls_9g', 'turns', 'recorded', 'gusts'
@@ -282,9 +284,9 @@ def _read(source: str, folder: Path, depth: int = 0) -> dict[str, Any]:
                 f'suite {source!r} is neither a file nor one of {", ".join(shipped_suites())}'
             )
         try:
-            text, place = path.read_text('utf-8'), path.parent
-        except (OSError, UnicodeDecodeError) as error:
-            raise DatasetError(f'suite {path} cannot be read: {error}') from None
+            text, place = read_text(path, LARGEST_YAML), path.parent
+        except DataError as error:
+            raise DatasetError(f'suite {error}') from None
     data = _parse(text, source)
     base = data.pop('base', None)
     if base is None:
@@ -296,12 +298,10 @@ def _read(source: str, folder: Path, depth: int = 0) -> dict[str, Any]:
 
 def _parse(text: str, source: str) -> dict[str, Any]:
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        place = f' in line {mark.line + 1}' if mark else ''
-        raise DatasetError(f'suite {source} is not valid YAML{place}') from None
-    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        data = parse_yaml(text)
+    except DataError as error:
+        raise DatasetError(f'suite {source}: {error}') from None
+    if not isinstance(data, dict):
         raise DatasetError(f'suite {source} must be a mapping of keys such as `base`')
     return data
 

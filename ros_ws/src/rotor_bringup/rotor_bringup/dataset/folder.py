@@ -12,6 +12,9 @@ from rotor_bringup.dataset.config import SuiteConfig
 from rotor_bringup.dataset.suite import Flight
 from rotor_bringup.dataset.write import Row, file_of, remove_unfinished, sha256
 from rotor_bringup.errors import DatasetError
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.plain_data import LARGEST_JSON, parse_json
+from rotor_interfaces.text_file import read_text
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -91,12 +94,12 @@ class Folder:
 
     def _check_suite(self) -> None:
         try:
-            there = json.loads((self.path / SUITE).read_text('utf-8'))
-        except ValueError:
+            there = parse_json(read_text(self.path / SUITE, LARGEST_JSON))
+        except DataError:
             there = {}
         for key, what in (('suite', 'another suite'), ('seed', 'another seed'),
                           ('versions', 'other versions of the program')):  # fmt: skip
-            if there.get(key) != self._what[key]:
+            if not isinstance(there, dict) or there.get(key) != self._what[key]:
                 raise DatasetError(
                     f'the folder {self.path} holds a data set of {what}; give a new folder'
                 )

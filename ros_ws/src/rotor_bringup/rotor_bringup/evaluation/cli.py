@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from rotor_bringup.out_path import make_folder
 from rotor_bringup.plain_json import without_nan
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.exit_code import ExitCode
@@ -71,7 +72,7 @@ def evaluate(
 ) -> None:
     """Test detectors blind on the flights of a suite."""
     _check(detectors, jobs=jobs, limit=limit)
-    _make_folder(out)
+    make_folder(out)
     with _interruptible(out / PARTS):
         from rotor_bringup.evaluation import parts, pictures, report, suites  # noqa: PLC0415 - slow
         from rotor_bringup.evaluation.topic import Node  # noqa: PLC0415
@@ -194,15 +195,6 @@ def _say(content: dict[str, Any], file: Path) -> None:
     if 'Landlock' not in content['isolation']:
         _warn(f'isolation: {content["isolation"]}')
     console.print(f'report: {file}', soft_wrap=True, highlight=False)
-
-
-def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f'--out {out} cannot be made: {error.strerror}') from None
-    if not os.access(out, os.W_OK | os.X_OK):
-        raise ConfigError(f'--out {out} cannot be written to; choose another folder')
 
 
 def _progress(seconds: float, *, quiet: bool) -> Progress:

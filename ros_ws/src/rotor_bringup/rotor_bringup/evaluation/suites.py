@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The machines that an evaluation flies: of a suite by name, or of a stored one."""
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import index
 from pathlib import Path
 
 from rotor_bringup.dataset.config import SuiteConfig, load_suite
@@ -14,7 +14,9 @@ from rotor_bringup.dataset.suite import Flight, Machine, plan_suite
 from rotor_bringup.dataset.write import file_of
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.evaluation.runner import Simulated, Source
-from rotor_interfaces.errors import RigError
+from rotor_interfaces.errors import DataError, RigError
+from rotor_interfaces.plain_data import LARGEST_JSON, parse_json
+from rotor_interfaces.text_file import read_text
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.reading import Recording, waveform_blocks
 
@@ -107,9 +109,9 @@ def load(suite: str, *, seed: int, split: str, limit: int | None) -> Chosen:
 def _description(folder: Path) -> tuple[SuiteConfig, int]:
     """Return the suite and the seed that a data set was drawn from."""
     try:
-        what = json.loads((folder / SUITE).read_text('utf-8'))
-        return SuiteConfig.from_mapping(what['suite'], str(folder / SUITE)), int(what['seed'])
-    except (OSError, LookupError, TypeError, json.JSONDecodeError):
+        what = parse_json(read_text(folder / SUITE, LARGEST_JSON))
+        return SuiteConfig.from_mapping(what['suite'], str(folder / SUITE)), index(what['seed'])
+    except (DataError, LookupError, TypeError):
         raise DatasetError(
             f'{folder} holds no data set that can be read; make one by `rotor-rig dataset`'
         ) from None

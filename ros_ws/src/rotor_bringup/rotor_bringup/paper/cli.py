@@ -3,7 +3,6 @@
 """The command `rotor-rig paper`: bad arguments are said before anything is computed or imported."""
 
 import json
-import os
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from rotor_bringup.out_path import make_folder
 from rotor_bringup.progress import interruptible
 from rotor_interfaces.errors import ConfigError
 
@@ -63,7 +63,7 @@ def paper(
     counts = {'values': values, 'transient': transient, 'revolutions': revolutions}
     for name, number in counts.items():
         _check_count(name, number)
-    _make_folder(out)
+    make_folder(out)
 
     from rotor_bringup import compute  # noqa: PLC0415 - slow to import
     from rotor_bringup.paper import report, run  # noqa: PLC0415
@@ -116,15 +116,6 @@ def _check_count(name: str, number: int) -> None:
     least, most = LIMITS[name]
     if not least <= number <= most:
         raise ConfigError(f'--{name} {number} is out of range; allowed: {least} to {most}')
-
-
-def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f'--out {out} cannot be made: {error.strerror}') from None
-    if not os.access(out, os.W_OK | os.X_OK):
-        raise ConfigError(f'--out {out} cannot be written to; choose another folder')
 
 
 def _say(content: dict[str, Any], out: Path) -> None:

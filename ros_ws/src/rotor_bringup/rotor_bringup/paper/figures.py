@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
+from rotor_interfaces.plain_data import parse_yaml
 from rotor_sim.analysis import OperatingPoint, Plan, sweep
 from rotor_sim.parameters import RotorParameters
 
@@ -164,7 +164,7 @@ class Figure:
 def load_facts() -> dict[str, Any]:
     """Return what the paper reports, as stored in `facts.yaml`."""
     text = importlib.resources.files(__package__).joinpath('facts.yaml').read_text('utf-8')
-    facts: dict[str, Any] = yaml.safe_load(text)
+    facts: dict[str, Any] = parse_yaml(text)
     return facts
 
 

@@ -4,7 +4,6 @@
 
 import heapq
 import itertools
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -16,6 +15,7 @@ from rotor_interfaces import topics
 from rotor_interfaces.errors import ConfigError, WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
 from vibration_monitor.config import AlarmRule, MonitorConfig
@@ -365,7 +365,7 @@ class RigView:
         another machine, and judged by whoever analyzes it.
         """
         try:
-            config = json.loads(text)
+            config = parse_json(text)
             if not isinstance(config, Mapping):
                 raise ValueError('it is not a mapping')
             geometry = scene.Geometry.from_config(config)

@@ -51,7 +51,7 @@ class Geometry:
         """Raise ValueError for what cannot be drawn."""
         if not SHAFT_RADIUS_M < self.inner_radius_m < self.outer_radius_m < DISK_RADIUS_M:
             raise ValueError('the radii of the ball bearings do not fit')
-        if not 1 <= self.ball_count <= MOST_BALLS:
+        if not (isinstance(self.ball_count, int) and 1 <= self.ball_count <= MOST_BALLS):
             raise ValueError(f'{self.ball_count} balls')
         if not (math.isfinite(self.crack_angle_rad) and 0 < self.crack_half_angle_rad < math.pi):
             raise ValueError('the angles of the crack are out of range')
