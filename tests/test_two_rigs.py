@@ -127,9 +127,8 @@ def test_the_second_rig_is_refused_or_flies_after_the_first(
 ) -> None:
     first = start('climb_dive')
     time.sleep(offset_s)
-    began = time.monotonic()
     second = start('level_healthy')
-    code, took_s = second.code, time.monotonic() - began
+    code = second.code
     assert_undisturbed(first, alone)
     if code == 0:  # the first had ended by then
         assert offset_s >= 5.0
@@ -139,7 +138,6 @@ def test_the_second_rig_is_refused_or_flies_after_the_first(
     assert REFUSAL in second.err
     assert '--namespace' in second.err
     assert second.err.count('\n') == 1
-    assert took_s < 25.0
     assert not list(second.folder.iterdir())
 
 

@@ -23,7 +23,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import namespace_arguments, qos
-from rotor_interfaces.run_topics import Progress, RunTopics, new_run_id
+from rotor_interfaces.run_topics import ENDING_S, OtherRigs, Progress, RunTopics, new_run_id
 
 TIMEOUT_S = 20.0
 
@@ -67,11 +67,14 @@ class Nodes:
         self._executor = EventsExecutor(context=self._context)
         self._nodes: list[Node] = []
 
-    def of(self, run_id: str, name: str = 'node') -> RunTopics:
-        node = Node(name, context=self._context)
+    def node(self) -> Node:
+        node = Node('node', context=self._context)
         self._nodes.append(node)
         self._executor.add_node(node)
-        return RunTopics(node, run_id)
+        return node
+
+    def of(self, run_id: str) -> RunTopics:
+        return RunTopics(self.node(), run_id)
 
     def spin_until(self, condition: Callable[[], bool]) -> None:
         deadline = time.monotonic() + TIMEOUT_S
@@ -157,12 +160,44 @@ def test_other_sources_are_counted_but_for_later_runs(nodes: Nodes) -> None:
     nodes.spin_until(lambda: counts() == [1, 2, 2])
 
 
+def test_a_rig_that_flies_on_is_told_from_one_that_ends(nodes: Nodes) -> None:
+    node, free = nodes.node(), nodes.of('')
+    run = RunTopics(node, 'r1')
+    run.publisher(topics.WAVEFORM)
+    rigs = OtherRigs(node, run)
+    assert rigs.obstacles() == ['still listening for another source']
+    nodes.spin_until(lambda: rigs.obstacles() == [])
+
+    output = free.publisher(topics.WAVEFORM)
+    nodes.spin_until(lambda: bool(rigs.obstacles()))
+    assert not rigs.stay()
+    nodes.spin_until(lambda: output.get_subscription_count() == 1)
+
+    def fly(until: Callable[[], bool]) -> float:
+        began = time.monotonic()
+        while not until():
+            assert time.monotonic() - began < TIMEOUT_S, 'it never happened'
+            output.publish(messages.ros_class(topics.WAVEFORM.type)())
+            nodes.spin_for(0.025)
+        return time.monotonic() - began
+
+    assert fly(rigs.stay) >= ENDING_S
+    (obstacle,) = rigs.obstacles()
+    assert obstacle.startswith('another source publishes rotor/waveform in this ROS domain (end')
+    nodes.spin_until(lambda: not rigs.stay())
+    assert rigs.obstacles()  # its publisher is still there
+    assert rigs.text() == ''
+    rigs.begin()
+    nodes.spin_until(lambda: rigs.topics == ['rotor/waveform'])
+    assert rigs.text() == 'another source publishes rotor/waveform in this ROS domain'
+
+
 def test_what_a_recorder_keeps_is_bit_for_bit_what_was_published(nodes: Nodes) -> None:
     run = nodes.of('r1')
     raw: list[bytes] = []
     run.subscription(topics.MANEUVER_LOAD, raw.append, raw=True)
     output = run.publisher(topics.MANEUVER_LOAD)
-    plain = Node('plain', context=nodes._context)
+    plain = nodes.node()
     direct: list[bytes] = []
     plain_output = plain.create_publisher(
         messages.ros_class(topics.MANEUVER_LOAD.type), 'direct', qos(topics.MANEUVER_LOAD)
@@ -174,8 +209,6 @@ def test_what_a_recorder_keeps_is_bit_for_bit_what_was_published(nodes: Nodes) -
         qos(topics.MANEUVER_LOAD),
         raw=True,
     )
-    nodes._nodes.append(plain)
-    nodes._executor.add_node(plain)
     message = messages.load(ROS, 123_456_789_012, 9.81, -0.5)
     output.publish(message)
     plain_output.publish(message)

@@ -204,9 +204,9 @@ class RecordingStream:
         try:
             first, count = self._index.read(data)
         except WireError:
-            # it is recorded as it came; the monitor says what is wrong with it
+            # from the only source it is recorded as it came; the monitor says what is wrong
             self.refused_blocks += 1
-            return True
+            return is_alone
         is_ours = self._first_source.accepts(
             stamp_ns, first, count, step_s=self._index.step_s, is_alone=is_alone
         )
