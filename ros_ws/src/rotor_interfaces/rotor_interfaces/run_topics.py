@@ -16,7 +16,6 @@ from dataclasses import replace
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.serialization import serialize_message
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
@@ -49,19 +48,16 @@ class RunPublisher:
     def __init__(self, inside: Any, outside: Any) -> None:
         self._inside = inside
         self._outside = outside
-        self._held: bytes | None = None
+        self._held: Any = None
 
     def publish(self, message: Any, *, inside: bool = False) -> None:
         """Publish to all; with `inside` only to the run, which may still be refused."""
-        if self._outside is None:
-            self._inside.publish(message)
-            return
-        data = serialize_message(message)  # once: it costs more than sending
-        self._inside.publish(data)
+        # not serialized once for both: rclpy then adds more bytes than readers of CDR allow
+        self._inside.publish(message)
         if inside:
-            self._held = data
-        else:
-            self._outside.publish(data)
+            self._held = message
+        elif self._outside is not None:
+            self._outside.publish(message)
 
     def publish_outside(self) -> None:
         """Publish to everybody else what the run heard last."""

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -195,25 +196,26 @@ def test_a_rig_that_flies_on_is_told_from_one_that_ends(nodes: Nodes) -> None:
 def test_what_a_recorder_keeps_is_bit_for_bit_what_was_published(nodes: Nodes) -> None:
     run = nodes.of('r1')
     raw: list[bytes] = []
-    run.subscription(topics.MANEUVER_LOAD, raw.append, raw=True)
-    output = run.publisher(topics.MANEUVER_LOAD)
+    run.subscription(topics.TRUTH, raw.append, raw=True)
+    output = run.publisher(topics.TRUTH)
     plain = nodes.node()
     direct: list[bytes] = []
     plain_output = plain.create_publisher(
-        messages.ros_class(topics.MANEUVER_LOAD.type), 'direct', qos(topics.MANEUVER_LOAD)
+        messages.ros_class(topics.TRUTH.type), 'direct', qos(topics.TRUTH)
     )
     plain.create_subscription(
-        messages.ros_class(topics.MANEUVER_LOAD.type),
+        messages.ros_class(topics.TRUTH.type),
         'direct',
         direct.append,
-        qos(topics.MANEUVER_LOAD),
+        qos(topics.TRUTH),
         raw=True,
     )
-    message = messages.load(ROS, 123_456_789_012, 9.81, -0.5)
+    message = messages.joint_state(ROS, 123, 'rotor', ['a', 'load_factor'], np.arange(2.0))
     output.publish(message)
     plain_output.publish(message)
     nodes.spin_until(lambda: bool(raw and direct))
     assert raw == direct
+    assert messages.from_cdr(raw[0], topics.TRUTH.type).name == ['a', 'load_factor']
 
 
 @pytest.mark.parametrize('run_id', ['a b', 'a/b', 'ä', '-'])
