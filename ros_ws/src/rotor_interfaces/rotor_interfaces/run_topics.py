@@ -29,6 +29,7 @@ LISTEN_S = 1.0
 ENDING_S = 3.0
 """Another rig that flies may be about to end; it is waited for so long."""
 LOOK_S = 1.0
+WAIT_LOOK_S = 0.05
 _SHARED = (topics.DIAGNOSTICS, topics.PROGRESS)  # what several nodes of a rig publish
 _ALLOWED = re.compile(r'[A-Za-z0-9_]*')
 
@@ -149,6 +150,8 @@ class OtherRigs:
         self._run = run
         self._made_s = time.monotonic()
         self._first_s = self._last_s = -math.inf  # when a block of the other rig came
+        self._found: list[Topic] = []
+        self._next_look_s = self._made_s
         self._flight: Any = None
         if run.run_id:  # without a run our own subscription would count as a consumer's
             waveform = replace(topics.WAVEFORM, depth=1, best_effort=True)
@@ -162,14 +165,15 @@ class OtherRigs:
 
     def obstacles(self) -> list[str]:
         """Return why the run cannot begin now, in a sentence for each reason."""
-        found = [
-            topic
-            for topic in (topics.WAVEFORM, topics.MANEUVER_LOAD)
-            if self._run.other_sources(topic)
-        ]
+        now = time.monotonic()
+        if now >= self._next_look_s:  # not each time: the other rig needs the processor
+            self._next_look_s = now + WAIT_LOOK_S
+            awaited = (topics.WAVEFORM, topics.MANEUVER_LOAD)
+            self._found = [topic for topic in awaited if self._run.other_sources(topic)]
+        found = list(self._found)
         if self._is_flying() and topics.WAVEFORM not in found:
             found.insert(0, topics.WAVEFORM)
-        if not found and self._flight is not None and self._age_s() < LISTEN_S:
+        if not found and self._flight is not None and now - self._made_s < LISTEN_S:
             return ['still listening for another source']
         return [
             f'another source publishes {topic.name} in this ROS domain (end it, choose another '
@@ -204,9 +208,6 @@ class OtherRigs:
 
     def _is_flying(self) -> bool:
         return time.monotonic() - self._last_s < LISTEN_S
-
-    def _age_s(self) -> float:
-        return time.monotonic() - self._made_s
 
 
 class Progress:
