@@ -279,6 +279,7 @@ def test_a_rig_that_was_killed_is_waited_for(
     children = Path(f'/proc/{first.process.pid}/task/{first.process.pid}/children').read_text()
     for process_id in (*map(int, children.split()), first.process.pid):
         os.kill(process_id, signal.SIGKILL)
+    first.process.communicate()
     second = start('level_healthy')
     assert_undisturbed(second, alone)
 
