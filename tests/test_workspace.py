@@ -28,7 +28,8 @@ MAY_IMPORT = {
     'rotor_bringup': {'rotor_interfaces', 'maneuver_gen', 'rotor_sim', 'vibration_monitor'},
 }
 """design.md, section 2: imports run one way."""
-ROS_ADAPTERS = ('*.node', '*_node', 'rotor_interfaces.ros', 'rotor_bringup.live',
+ROS_ADAPTERS = ('*.node', '*_node', 'rotor_interfaces.ros',
+                'rotor_interfaces.run_topics', 'rotor_bringup.live',
                 'rotor_bringup.composed')  # fmt: skip
 """The only modules that may import rclpy."""
 DISTRIBUTION = {

@@ -20,6 +20,7 @@ from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.run_topics import RUN_ID, RunTopics
 
 GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
 
@@ -39,13 +40,14 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._consumer = ros.declare(
             self, 'consumer', 'rotor_sim', 'name on rig/progress whose credit paces the grid'
         )
+        run = RunTopics(self, ros.declare(self, 'run_id', '', RUN_ID))
         if not 0.1 <= self._lead_s <= 10.0:
             raise ConfigError(f'lead_s = {self._lead_s:g} is out of range; allowed: 0.1 to 10 s')
         self._grid = load_grid(parse_maneuver(config or '{"profile": "constant"}'), duration_s)
         self._epoch_ns = -1  # until the simulator is ready
         self._next = 0
-        self._publisher = ros.publisher(self, topics.MANEUVER_LOAD)
-        ros.subscription(self, topics.PROGRESS, self._on_progress)
+        self._publisher = run.publisher(topics.MANEUVER_LOAD)
+        run.subscription(topics.PROGRESS, self._on_progress)
 
     def _on_progress(self, message: Any) -> None:
         if message.frame_id != self._consumer:

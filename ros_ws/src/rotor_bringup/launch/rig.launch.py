@@ -16,17 +16,22 @@ from launch_ros.actions import Node
 
 from rotor_bringup.live import node_parameters
 from rotor_bringup.scenario import DEFAULT_SCENARIO, load_scenario
+from rotor_interfaces.ros import namespace_arguments
+from rotor_interfaces.run_topics import new_run_id
 
 
 def _rig(context: LaunchContext) -> list[Node]:
     """Return the four nodes; when the simulator is done, the monitor and then the rest end."""
     argument = {
         name: LaunchConfiguration(name).perform(context)
-        for name in ('scenario', 'duration', 'rate', 'record')
+        for name in ('scenario', 'duration', 'rate', 'record', 'namespace')
     }
     changes = {'duration_s': float(argument['duration'])} if argument['duration'] else {}
     scenario = load_scenario(argument['scenario'], **changes)
-    parameters = node_parameters(scenario, float(argument['rate']), Path(argument['record']))
+    parameters = node_parameters(
+        scenario, float(argument['rate']), Path(argument['record']), new_run_id()
+    )
+    ros_arguments = namespace_arguments(argument['namespace'])
     file = Path(tempfile.mkdtemp(prefix='rotor-rig-')) / 'parameters.yaml'
     sections = {f'/**/{node}': {'ros__parameters': values} for node, values in parameters.items()}
     file.write_text(yaml.safe_dump(sections), 'utf-8')
@@ -37,6 +42,7 @@ def _rig(context: LaunchContext) -> list[Node]:
             executable=executable,
             output='screen',
             parameters=[str(file)],
+            arguments=ros_arguments,
             on_exit=on_exit,
         )
 
@@ -54,7 +60,7 @@ def _rig(context: LaunchContext) -> list[Node]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the rig with its four arguments."""
+    """Return the rig with its five arguments."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -72,6 +78,9 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument(
                 'record', default_value='recording', description='new folder for the recording'
+            ),
+            DeclareLaunchArgument(
+                'namespace', default_value='', description="ROS namespace of all topics; '' = none"
             ),
             OpaqueFunction(function=_rig),
         ]

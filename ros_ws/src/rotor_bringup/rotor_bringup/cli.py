@@ -88,6 +88,9 @@ def run(
     record: Annotated[
         Path, typer.Option(help='Folder in which the recording gets a folder of its own.')
     ] = Path('recordings'),
+    namespace: Annotated[
+        str, typer.Option(help='ROS namespace of all topics, so that several rigs can fly.')
+    ] = '',
     composed: Annotated[bool, typer.Option('--composed', help='All nodes in one process.')] = False,
     view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
     as_json: JsonOption = False,
@@ -108,6 +111,7 @@ def run(
             plan,
             rate=rate,
             folder=folder,
+            namespace=namespace,
             composed=composed,
             view=view,
             console=console,

@@ -59,6 +59,7 @@ class RunState:
     invalid_windows: int = 0
     lost_samples: dict[str, int] = field(default_factory=dict)
     late_blocks: int = 0
+    other_sources: set[str] = field(default_factory=set)
     wall_s: float = 0.0
     _wall_start: float | None = None
 

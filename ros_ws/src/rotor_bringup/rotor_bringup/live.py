@@ -24,6 +24,7 @@ from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
@@ -43,20 +44,21 @@ class RunResult:
 
 
 class RunWatcher(Node):  # type: ignore[misc]
-    """Fills a RunState from the topics, as any other subscriber could."""
+    """Fills a RunState from the topics of its run."""
 
-    def __init__(self, scenario: Scenario, state: RunState) -> None:
+    def __init__(self, scenario: Scenario, state: RunState, run_id: str) -> None:
         super().__init__('run_watcher')
         self._state = state
         self._load_factor = load_grid(scenario.maneuver, scenario.duration_s)[:, 0] / (
             STANDARD_GRAVITY_M_S2
         )
         self._epoch_ns: int | None = None
-        ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
-        ros.subscription(self, topics.CLOCK, self._on_clock)
-        ros.subscription(self, topics.INDICATORS, self._on_indicators)
-        ros.subscription(self, topics.ALARM, self._on_alarm)
-        ros.subscription(self, topics.DIAGNOSTICS, self._on_diagnostics)
+        run = RunTopics(self, run_id)
+        run.subscription(topics.MANEUVER_LOAD, self._on_load)
+        run.subscription(topics.CLOCK, self._on_clock)
+        run.subscription(topics.INDICATORS, self._on_indicators)
+        run.subscription(topics.ALARM, self._on_alarm)
+        run.subscription(topics.DIAGNOSTICS, self._on_diagnostics)
 
     def _on_load(self, message: Any) -> None:
         if self._epoch_ns is None:
@@ -87,6 +89,8 @@ class RunWatcher(Node):  # type: ignore[misc]
                     self._state.late_blocks = int(value.value)
                 elif value.key == 'windows judged [1]':
                     self._state.judged_windows = int(value.value)
+                elif value.key == 'topics with another source' and value.value:
+                    self._state.other_sources.update(value.value.split(', '))
 
 
 def run_live(
@@ -94,6 +98,7 @@ def run_live(
     *,
     rate: float,
     folder: Path,
+    namespace: str,
     composed: bool,
     view: bool,
     console: Console,
@@ -105,25 +110,30 @@ def run_live(
         scenario: what to run.
         rate: multiple of real time; 0 = as fast as the consumers keep up.
         folder: bag folder that the recorder makes.
+        namespace: ROS namespace of all topics; '' = none.
         composed: all nodes in one process instead of one each.
         view: also start the rerun viewer.
         console: where progress goes.
         quiet: show no progress.
 
     Raises:
+        ConfigError: not a ROS namespace or domain.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
+    ros_arguments = ros.namespace_arguments(namespace)
     ros.prepare_environment()
     state = RunState(scenario.duration_s)
     with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
         os.environ.setdefault('ROS_LOG_DIR', logs)
         plans = _plans(composed=composed, view=view)
-        group = ProcessGroup(plans, node_parameters(scenario, rate, folder), Path(logs))
+        run_id = new_run_id()
+        parameters = node_parameters(scenario, rate, folder, run_id)
+        group = ProcessGroup(plans, parameters, Path(logs), ros_arguments)
         ros.check_domain()
         group.start()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        watcher = RunWatcher(scenario, state)
+        rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
+        watcher = RunWatcher(scenario, state, run_id)
         executor = EventsExecutor()
         executor.add_node(watcher)
         try:
@@ -137,6 +147,12 @@ def run_live(
                 ros.spin_until_quiet(executor)
                 watcher.destroy_node()
             rclpy.try_shutdown()
+    if state.other_sources:
+        names = ', '.join(sorted(state.other_sources))
+        warnings.append(
+            f'another source published {names} in this ROS domain during the run; the recording '
+            'and the conclusion are of this run alone, but other subscribers heard both'
+        )
     return RunResult(folder, state, bool(received), failures, warnings)
 
 
@@ -161,9 +177,11 @@ def _plans(*, composed: bool, view: bool) -> list[ProcessPlan]:
     return plans
 
 
-def node_parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, dict[str, Any]]:
+def node_parameters(
+    scenario: Scenario, rate: float, folder: Path, run_id: str
+) -> dict[str, dict[str, Any]]:
     """Return the parameters of every node; see each node's declarations."""
-    return {
+    parameters: dict[str, dict[str, Any]] = {
         'rotor_sim': {
             'config': scenario.rotor_sim().model_dump_json(),
             'scenario': json.dumps(scenario.plain()),
@@ -183,7 +201,9 @@ def node_parameters(scenario: Scenario, rate: float, folder: Path) -> dict[str, 
             'path': str(folder),
             'expect': [topic.name for topic in topics.TOPICS if topic not in OPTIONAL_TOPICS],
         },
+        'viewer': {},
     }
+    return {node: {**values, 'run_id': run_id} for node, values in parameters.items()}
 
 
 def _window_blocks(scenario: Scenario) -> int:

@@ -39,10 +39,23 @@ class ProcessGroup:
     """The processes of one run, in the order in which they are to be stopped."""
 
     def __init__(
-        self, plans: Sequence[ProcessPlan], parameters: dict[str, dict[str, Any]], folder: Path
+        self,
+        plans: Sequence[ProcessPlan],
+        parameters: dict[str, dict[str, Any]],
+        folder: Path,
+        ros_arguments: Sequence[str] = (),
     ) -> None:
-        """Prepare the run; `parameters` are by node name, `folder` takes parameters and logs."""
+        """Prepare the run.
+
+        Args:
+            plans: the processes.
+            parameters: of the nodes, by node name.
+            folder: takes the file of the parameters and the logs.
+            ros_arguments: more arguments for every process.
+
+        """
         self._plans = plans
+        self._ros_arguments = ros_arguments
         self._folder = folder
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._parameter_file = folder / 'parameters.yaml'
@@ -57,7 +70,7 @@ class ProcessGroup:
             command = [sys.executable, '-m', plan.module, '--ros-args', '--params-file']
             with self._log(plan.name).open('wb') as log:
                 self._running[plan.name] = subprocess.Popen(
-                    [*command, str(self._parameter_file)],
+                    [*command, str(self._parameter_file), *self._ros_arguments],
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,

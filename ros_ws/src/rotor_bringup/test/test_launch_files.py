@@ -27,6 +27,7 @@ NODE_MODULES = {
     'rotor_sim': 'rotor_sim/rotor_sim/node.py',
     'vibration_monitor': 'vibration_monitor/vibration_monitor/node.py',
     'recorder': 'vibration_monitor/vibration_monitor/recorder_node.py',
+    'viewer': 'vibration_monitor/vibration_monitor/viewer_node.py',
 }
 
 
@@ -140,6 +141,7 @@ def context(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
         'duration': '3',
         'rate': '2',
         'record': str(tmp_path / 'bag'),
+        'namespace': 'rig_1',
     }
 
 
@@ -170,6 +172,8 @@ def test_the_rig_starts_four_nodes_with_the_parameters_of_the_scenario(
     simulator = sections['/**/rotor_sim']['ros__parameters']
     assert (simulator['duration_s'], simulator['rate']) == (3.0, 2.0)
     assert sections['/**/recorder']['ros__parameters']['path'] == context['record']
+    assert len({sections[f'/**/{node}']['ros__parameters']['run_id'] for node in NODE_MODULES}) == 1
+    assert all('__ns:=/rig_1' in node.named['arguments'] for node in nodes)
 
 
 def test_the_end_of_the_simulator_ends_the_monitor_first(

@@ -44,3 +44,40 @@ class SampleContinuity:
         self.gaps += 1
         self.lost_samples += first_sample - expected
         return Continuity.GAP
+
+
+@dataclass
+class FirstSource:
+    """Holds on to the source that was heard first, where a node belongs to no run.
+
+    While one source publishes, every block is its own, also after a jump: a replay that loops, a
+    rig started again. While several do, a block must follow the newest one that was accepted: a
+    later sample, at the time at which this sample is due, to half a block. `other_blocks` counts
+    those that do not.
+    """
+
+    other_blocks: int = 0
+    _newest: tuple[int, int, int] | None = None  # stamp in ns, first sample, samples
+
+    def accepts(
+        self, stamp_ns: int, first_sample: int, count: int, *, step_s: float, is_alone: bool
+    ) -> bool:
+        """Say whether a block is of the first source.
+
+        Args:
+            stamp_ns: time of the first sample, ns.
+            first_sample: its absolute index.
+            count: number of samples.
+            step_s: time from one sample to the next, s; NaN where the block does not say.
+            is_alone: whether only one source publishes.
+
+        """
+        if not is_alone and self._newest is not None:
+            newest_ns, newest_sample, newest_count = self._newest
+            passed = first_sample - newest_sample
+            late_s = (stamp_ns - newest_ns) * 1e-9 - passed * step_s
+            if passed < newest_count or not abs(late_s) <= 0.5 * count * step_s:
+                self.other_blocks += 1
+                return False
+        self._newest = (stamp_ns, first_sample, count)
+        return True

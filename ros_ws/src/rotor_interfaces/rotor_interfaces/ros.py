@@ -1,8 +1,8 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What every node of the rig shares: QoS, parameters from a model, progress, the run loop.
+"""What every node of the rig shares: QoS, namespace, parameters from a model, the run loop.
 
-This is the only module of the package that imports rclpy.
+Of this package only this module and `run_topics` import rclpy.
 """
 
 import functools
@@ -23,11 +23,13 @@ from rcl_interfaces.msg import (
 )
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_namespace import validate_namespace
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
@@ -104,21 +106,6 @@ def timer(node: Node, period_s: float, callback: Callable[[], None]) -> Any:
     """Return a timer on the steady clock: it must not wait for the /clock that it may drive."""
     clock = Clock(clock_type=ClockType.STEADY_TIME)
     return node.create_timer(period_s, _guarded(node, callback), clock=clock)
-
-
-class Progress:
-    """Reports on `rig/progress` how far a consumer has come.
-
-    The stamp is that of the newest block consumed; zero means ready, nothing consumed yet.
-    """
-
-    def __init__(self, node: Node, consumer: str) -> None:
-        self._publisher = publisher(node, topics.PROGRESS)
-        self._consumer = consumer
-
-    def report(self, stamp_ns: int) -> None:
-        """Publish the stamp of the newest consumed block; 0 = ready."""
-        self._publisher.publish(messages.header(messages.ROS, stamp_ns, self._consumer))
 
 
 def declare(node: Node, name: str, default: Any, description: str) -> Any:
@@ -305,6 +292,33 @@ def check_domain() -> None:
             f'ROS_DOMAIN_ID = {domain!r} is not allowed; it must be a whole number from 0 to '
             f'{HIGHEST_DOMAIN}'
         )
+
+
+def namespace_arguments(namespace: str) -> list[str]:
+    """Return the ROS arguments that put all topics of a node under `namespace`; none for ''.
+
+    Also /clock and /diagnostics, which are absolute: those of two rigs would mix.
+
+    Raises:
+        ConfigError: not the name of a ROS namespace.
+
+    """
+    if not namespace:
+        return []
+    full = '/' + namespace.removeprefix('/')
+    try:
+        validate_namespace(full)
+        valid = full != '/'
+    except InvalidNamespaceException:
+        valid = False
+    if not valid:
+        raise ConfigError(
+            f'--namespace {namespace!r} is not allowed; it must be a ROS namespace, such as rig_1 '
+            'or fleet/rig_1: letters, digits and underscores, and no part begins with a digit'
+        )
+    absolute = [topic.name for topic in topics.TOPICS if topic.name.startswith('/')]
+    rules = [f'__ns:={full}', *(f'{name}:={full}{name}' for name in absolute)]
+    return ['--ros-args', *(word for rule in rules for word in ('-r', rule))]
 
 
 def _initialise(arguments: Sequence[str] | None) -> None:

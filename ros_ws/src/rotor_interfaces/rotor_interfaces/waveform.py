@@ -64,6 +64,14 @@ class WaveformBlock:
             raise WireError(f'sample = {first!r} is not a whole number; it counts samples')
         return int(first)
 
+    @property
+    def step_s(self) -> float:
+        """Time from one sample to the next, s; NaN where the block does not say."""
+        if 'time' not in self.columns or len(self.rows) < 2:
+            return float('nan')
+        times = self.rows['time']
+        return float(times[-1] - times[0]) / (len(times) - 1)
+
 
 def encode(block: WaveformBlock, factory: MessageFactory = ROS) -> Any:
     """Return the PointCloud2 of a block; one memory copy, no per-sample Python.

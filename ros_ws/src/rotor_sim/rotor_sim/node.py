@@ -17,6 +17,7 @@ from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError, DataError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
 from rotor_interfaces.plain_data import parse_json
+from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import RotorError
@@ -63,6 +64,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._timeout_s = ros.declare(
             self, 'timeout_s', 10.0, 'a stall of this length ends the run [s]; start-up: 3 times'
         )
+        self._run = RunTopics(self, ros.declare(self, 'run_id', '', RUN_ID))
         config = self._declare_config(self._with_preset(RotorSimConfig.from_json(text or '{}')))
         self._check(duration_s)
         self._config = config
@@ -92,10 +94,11 @@ class RotorSimNode(Node):  # type: ignore[misc]
             published.append(topics.TRUTH_WAVEFORM)
         if config.sensors.imu_rate_hz:
             published += [topics.BEARING_1_IMU, topics.BEARING_2_IMU]
-        self._publishers_of = {topic: ros.publisher(self, topic) for topic in published}
-        self._progress = ros.Progress(self, 'rotor_sim')
-        self._load = ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
-        ros.subscription(self, topics.PROGRESS, self._on_progress)
+        self._publishers_of = {topic: self._run.publisher(topic) for topic in published}
+        self._progress = Progress(self._run, 'rotor_sim')
+        self._load = self._run.subscription(topics.MANEUVER_LOAD, self._on_load)
+        self._run.subscription(topics.PROGRESS, self._on_progress)
+        self._other_rigs = OtherRigs(self, self._run)
         ros.accept_changes(self, {name: self._setter(name) for name in RotorSimulator.SETTABLE})
         self._publish_config()
         ros.timer(self, TICK_S, self._tick)
@@ -164,7 +167,10 @@ class RotorSimNode(Node):  # type: ignore[misc]
             'duration_s': self._end_sample / self._config.rate_hz,
             'changes': self._changes,
         }
-        self._publishers_of[topics.CONFIG].publish(config_message(ROS, scenario, self._versions))
+        self._publishers_of[topics.CONFIG].publish(
+            config_message(ROS, scenario, self._versions),
+            inside=self._state == self._wait_for_consumers,
+        )
 
     # -- incoming ---------------------------------------------------------------------------
 
@@ -213,18 +219,17 @@ class RotorSimNode(Node):  # type: ignore[misc]
             for topic, publisher in self._publishers_of.items()
             if publisher.get_subscription_count() < self._expected_subscribers(topic)
         ]
-        missing += [
-            f'another source publishes {topic.name} in this ROS domain (end it or choose another '
-            'ROS_DOMAIN_ID)'
-            # a killed rig is remembered by DDS for a while, so this too is waited for
-            for topic in (topics.WAVEFORM, topics.MANEUVER_LOAD)
-            if self.count_publishers(topic.name) > 1
-        ]
-        if not missing:
-            self._progress.report(0)
+        # a killed rig is remembered by DDS for a while, so others too are waited for
+        others = self._other_rigs.obstacles()
+        if self._other_rigs.stay():
+            raise CosimulationError(f'the run cannot start: {others[0]}')
+        if not (missing or others):
             self._enter(self._wait_for_load)
+            self._publishers_of[topics.CONFIG].publish_outside()
+            self._other_rigs.begin()
+            self._progress.report(0)
         elif self._age_s() > 3 * self._timeout_s:
-            raise CosimulationError(f'the run cannot start: {"; ".join(missing)}')
+            raise CosimulationError(f'the run cannot start: {"; ".join(missing + others)}')
 
     def _expected_subscribers(self, topic: Topic) -> int:
         """Every consumer takes the waveform; the rest has at least the recorder."""
@@ -307,7 +312,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._asked_at = now
         self._asked_again += 1
         self.destroy_subscription(self._load)
-        self._load = ros.subscription(self, topics.MANEUVER_LOAD, self._on_load)
+        self._load = self._run.subscription(topics.MANEUVER_LOAD, self._on_load)
 
     def _publish_block(self, count: int) -> None:
         block = self._simulator.advance(count, self._grid)
@@ -328,13 +333,15 @@ class RotorSimNode(Node):  # type: ignore[misc]
         simulated_s = end_sample / self._config.rate_hz
         elapsed_s = max(time.monotonic() - self._started, 1e-9)
         bad = self._asked_again + self._refused_loads + self._overruns
+        text = 'load refused or asked for again, or late blocks' if bad else ''
+        text = self._other_rigs.text() or text
         self._publishers_of[topics.DIAGNOSTICS].publish(
             messages.diagnostics(
                 ROS,
                 end_ns,
                 'rotor_sim: co-simulation',
-                level=1 if bad else 0,
-                text='load refused or asked for again, or late blocks' if bad else 'on time',
+                level=1 if text else 0,
+                text=text or 'on time',
                 values={
                     'simulated time [s]': f'{simulated_s:.3f}',
                     'real-time factor [1]': f'{simulated_s / elapsed_s:.3f}',
@@ -343,6 +350,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
                     'early load points [1]': self._early_loads,
                     'load asked for again [1]': self._asked_again,
                     'refused loads [1]': self._refused_loads,
+                    'topics with another source': ', '.join(self._other_rigs.topics),
                     'process time [s]': f'{time.process_time():.3f}',
                 },
             )
@@ -370,7 +378,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def finish(self) -> None:
         """Wait until what was published has been acknowledged."""
-        ros.wait_until_acknowledged(self._publishers_of.values())
+        self._run.wait_until_acknowledged()
 
 
 def _json(text: str) -> dict[str, Any]:

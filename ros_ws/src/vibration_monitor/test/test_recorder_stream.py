@@ -3,20 +3,22 @@
 """Log times, sample indices and counters from raw bytes, without ROS."""
 
 import json
+import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recording_support import EPOCH_NS, block_bytes, made_up_run, stamp_of
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, OFFLINE, to_cdr, typestore
+from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.reading import Recording
 from vibration_monitor.recording import RecordingWriter
@@ -186,6 +188,84 @@ def test_simulation_time_does_not_go_back(stream: RecordingStream) -> None:
     stream.take(topics.WAVEFORM, block_bytes(5), WALL_NS)
     stream.take(topics.PROGRESS, header(stamp_of(3)), WALL_NS)
     assert stream.time_ns == stamp_of(5)
+
+
+def diagnostics(stamp_ns: int) -> bytes:
+    return to_cdr(
+        messages.diagnostics(OFFLINE, stamp_ns, 'battery', level=2, text='low', values={})
+    )
+
+
+STRANGERS: dict[Topic, Callable[[int], bytes]] = {
+    topics.DIAGNOSTICS: diagnostics,
+    topics.PROGRESS: header,
+    topics.MANEUVER_LOAD: load,
+    topics.CLOCK: lambda stamp_ns: to_cdr(messages.clock(OFFLINE, stamp_ns)),
+    topics.CONFIG: lambda stamp_ns: text(f'{{"stamp": {stamp_ns}}}'),
+}
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    said=st.lists(
+        st.tuples(
+            st.sampled_from(sorted(STRANGERS, key=lambda topic: topic.name)),
+            st.one_of(
+                st.integers(0, 1_000_000 * NANOSECONDS),
+                st.integers(2_000_000_000 * NANOSECONDS, (2**31 - 1) * NANOSECONDS),
+            ),
+            st.integers(0, 3),
+        ),
+        max_size=20,
+    )
+)
+def test_no_stamp_of_a_stranger_sets_a_log_time(said: list[tuple[Topic, int, int]]) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        with RecordingWriter(Path(folder) / 'bag') as writer:
+            stream = RecordingStream(writer)
+            for number in range(4):
+                for topic, stamp_ns, before in said:
+                    if before == number:
+                        stream.take(topic, STRANGERS[topic](stamp_ns), WALL_NS)
+                stream.take(topics.WAVEFORM, block_bytes(number), WALL_NS)
+                assert stream.time_ns == stamp_of(number)
+            stream.finish()
+        recording = Recording(Path(folder) / 'bag')
+        assert (recording.start_ns, recording.end_ns) == (stamp_of(0), stamp_of(3))
+        assert sum(recording.message_counts.values()) == len(said) + 4
+
+
+def test_a_status_is_filed_under_the_time_of_the_run_whatever_its_stamp(
+    stream: RecordingStream, tmp_path: Path
+) -> None:
+    stream.take(topics.WAVEFORM, block_bytes(0), WALL_NS)
+    for late_ns in (-NANOSECONDS, NANOSECONDS):
+        stream.take(topics.DIAGNOSTICS, diagnostics(EPOCH_NS + late_ns), WALL_NS)
+    assert {log for _, log, _ in recorded(stream, tmp_path)} == {EPOCH_NS}
+
+
+def test_before_the_first_block_the_memory_is_bounded(stream: RecordingStream) -> None:
+    for _ in range(5000):
+        stream.take(topics.CLOCK, STRANGERS[topics.CLOCK](1), WALL_NS)
+    assert stream.status()['messages left out [1]'] == 5000 - 4096
+    stream.take(topics.WAVEFORM, block_bytes(0), WALL_NS)
+    assert stream.status()['messages [1]'] == 4097
+    assert stream.fault() == 'samples or blocks lost'
+
+
+def test_of_two_sources_the_first_is_recorded(stream: RecordingStream, tmp_path: Path) -> None:
+    stream.take(topics.CONFIG, text('{"k": 1}'), WALL_NS)
+    for number in range(3):
+        taken = stream.take(topics.WAVEFORM, block_bytes(number + 5), WALL_NS, is_alone=False)
+        assert taken == stamp_of(number + 5)
+        stream.take(topics.CONFIG, text('{"k": 2}'), WALL_NS, is_alone=False)
+        assert not stream.take(topics.WAVEFORM, block_bytes(number), WALL_NS, is_alone=False)
+    status = stream.status()
+    assert status['blocks of another source [1]'] == 3
+    assert status['lost samples [1]'] == 0
+    assert stream.fault() == 'another source publishes rotor/waveform'
+    assert len(recorded(stream, tmp_path)) == 4
+    assert Recording(tmp_path / 'bag').config() == {'k': 1}
 
 
 def test_missing_samples_and_refused_blocks_are_counted(stream: RecordingStream) -> None:

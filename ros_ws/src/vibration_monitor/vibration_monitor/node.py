@@ -11,7 +11,9 @@ from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import WireError
+from rotor_interfaces.gaps import FirstSource
 from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.run_topics import RUN_ID, Progress, RunTopics
 from rotor_interfaces.waveform import decode
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import Level
@@ -34,6 +36,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         self._listeners = ros.declare(
             self, 'listeners', 0, 'subscribers that must match each output before time 0'
         )
+        run = RunTopics(self, ros.declare(self, 'run_id', '', RUN_ID))
         config = ros.declare_model(self, MonitorConfig.from_json(text or '{}'))
         self._monitor = VibrationMonitor(config)
         self._monitor.prepare()
@@ -41,11 +44,13 @@ class MonitorNode(Node):  # type: ignore[misc]
         self._refused_blocks = 0
         self._diagnostic_second = -1
         self._publishers_of = {
-            topic: ros.publisher(self, topic)
+            topic: run.publisher(topic)
             for topic in (topics.SPECTRUM, topics.INDICATORS, topics.ALARM, topics.DIAGNOSTICS)
         }
-        self._progress = ros.Progress(self, 'vibration_monitor')
-        self._source = ros.subscription(self, topics.WAVEFORM, self._on_waveform)
+        self._run = run
+        self._progress = Progress(run, 'vibration_monitor')
+        self._source = run.subscription(topics.WAVEFORM, self._on_waveform)
+        self._first_source = FirstSource()
         self._last_block_s = math.inf
         self._last_stamp_ns = 0
         ros.timer(self, SILENCE_S / 2, self._watch_source)
@@ -64,14 +69,24 @@ class MonitorNode(Node):  # type: ignore[misc]
             self._progress.report(0)
 
     def _on_waveform(self, message: Any) -> None:
-        self._last_block_s = time.monotonic()
-        self._last_stamp_ns = stamp_ns = messages.stamp_ns(message)
+        stamp_ns = messages.stamp_ns(message)
         try:
-            records = self._monitor.push(decode(message))
+            block = decode(message)
+            if not self._first_source.accepts(
+                stamp_ns,
+                block.first_sample,
+                len(block.rows),
+                step_s=block.step_s,
+                is_alone=self._source.get_publisher_count() <= 1,
+            ):
+                return
+            records = self._monitor.push(block)
         except WireError as error:
             self._refused_blocks += 1
             self.get_logger().error(f'rotor/waveform refused: {error}', throttle_duration_sec=1.0)
             records = []
+        self._last_block_s = time.monotonic()
+        self._last_stamp_ns = stamp_ns
         for topic, _, outgoing in self._messages.after_block(self._monitor, records, stamp_ns):
             self._publishers_of[topic].publish(outgoing)
         self._diagnose(stamp_ns)
@@ -96,7 +111,9 @@ class MonitorNode(Node):  # type: ignore[misc]
 
     def _report_stream(self) -> None:
         lost = self._refused_blocks + int(self._monitor.status()['lost samples [1]'])
-        if lost:
+        if self._first_source.other_blocks:
+            self._publish_diagnostics(Level.WARN, 'another source publishes rotor/waveform')
+        elif lost:
             self._publish_diagnostics(Level.WARN, 'samples or blocks lost')
         else:
             self._publish_diagnostics(Level.OK, 'complete')
@@ -109,7 +126,11 @@ class MonitorNode(Node):  # type: ignore[misc]
                 'vibration_monitor: stream',
                 level=level,
                 text=text,
-                values={**self._monitor.status(), 'refused blocks [1]': self._refused_blocks},
+                values={
+                    **self._monitor.status(),
+                    'refused blocks [1]': self._refused_blocks,
+                    'blocks of another source [1]': self._first_source.other_blocks,
+                },
             )
         )
 
@@ -119,8 +140,9 @@ class MonitorNode(Node):  # type: ignore[misc]
 
     def finish(self) -> None:
         """Report a last time and wait until what was published has been acknowledged."""
-        self._report_stream()
-        ros.wait_until_acknowledged(self._publishers_of.values())
+        if self._last_stamp_ns or not self._run.run_id:  # else the run has not begun
+            self._report_stream()
+        self._run.wait_until_acknowledged()
 
 
 def main(args: list[str] | None = None) -> int:

@@ -5,12 +5,14 @@
 import sys
 import time
 from functools import partial
+from typing import Any
 
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
+from rotor_interfaces.run_topics import RUN_ID, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter
 from vibration_monitor.recording_stream import RecordingStream
@@ -29,6 +31,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         expect = ros.declare(
             self, 'expect', [''], 'topics that must have a publisher before the recorder is ready'
         )
+        self._run = RunTopics(self, ros.declare(self, 'run_id', '', RUN_ID))
         if not path:
             raise ConfigError('path is empty; it must be the folder of the bag, new or empty')
         known = [topic.name for topic in topics.TOPICS]
@@ -37,22 +40,28 @@ class RecorderNode(Node):  # type: ignore[misc]
                 raise ConfigError(f'expect = {expected!r} is no topic; known: {", ".join(known)}')
         self._writer = RecordingWriter(path, name=name or None)
         self._stream = RecordingStream(self._writer, self.resolve_topic_name)
-        self._diagnostics = ros.publisher(self, topics.DIAGNOSTICS)
-        self._progress = ros.Progress(self, 'recorder')
-        inputs = {
-            topic.name: ros.subscription(self, topic, partial(self._on_message, topic), raw=True)
-            for topic in topics.TOPICS
-        }
-        self._expected = [inputs[expected] for expected in filter(None, expect)]
+        self._diagnostics = self._run.publisher(topics.DIAGNOSTICS)
+        self._progress = Progress(self._run, 'recorder')
+        self._inputs = {topic: self._input(topic) for topic in topics.TOPICS}
+        self._expected = [
+            subscription for topic, subscription in self._inputs.items() if topic.name in expect
+        ]
         ros.timer(self, FLUSH_PERIOD_S, self._writer.flush)
         ros.timer(self, DIAGNOSE_S, self._diagnose)
         self._ready_timer = ros.timer(self, READY_CHECK_S, self._report_ready)
 
+    def _input(self, topic: Topic) -> Any:
+        callback = partial(self._on_message, topic)
+        if topic is topics.DIAGNOSTICS:  # here the health of other nodes belongs to the recording
+            return ros.subscription(self, topic, callback, raw=True)
+        return self._run.subscription(topic, callback, raw=True)
+
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        stamp_ns = self._stream.take(topic, data, time.time_ns())
+        is_alone = self._inputs[topic].get_publisher_count() <= 1
+        stamp_ns = self._stream.take(topic, data, time.time_ns(), is_alone=is_alone)
         # here too: a flood of messages must not keep the timer from its turn
         self._writer.flush_if_due()
-        if topic is topics.WAVEFORM:
+        if topic is topics.WAVEFORM and stamp_ns:
             self._progress.report(stamp_ns)
 
     def _report_ready(self) -> None:
@@ -62,26 +71,35 @@ class RecorderNode(Node):  # type: ignore[misc]
             self._progress.report(0)
 
     def _diagnose(self) -> None:
-        lost = self._stream.continuity.lost_samples + self._stream.refused_blocks
-        self._diagnostics.publish(
-            messages.diagnostics(
-                ROS,
-                self._stream.time_ns,
-                'recorder: stream',
-                level=1 if lost else 0,
-                text='samples or blocks lost' if lost else 'complete',
-                values=self._stream.status(),
-            )
+        text = self._stream.fault()
+        status = messages.diagnostics(
+            ROS,
+            self._stream.time_ns,
+            'recorder: stream',
+            level=1 if text else 0,
+            text=text or 'complete',
+            values=self._stream.status(),
         )
+        self._diagnostics.publish(status, inside=not self._has_begun())
+
+    def _has_begun(self) -> bool:
+        """Say whether the run has begun; a recorder of no run records whatever comes."""
+        return bool(self._stream.time_ns) or not self._run.run_id
 
     def is_done(self) -> bool:
         """Say no: the recorder listens until a signal."""
         return False
 
     def finish(self) -> None:
-        """Report a last time and finalise the recording; raises RecordingError."""
+        """Report a last time and finalise the recording; raises RecordingError.
+
+        Of a run that never began there is nothing to keep.
+        """
+        if not self._has_begun():
+            self._writer.discard()
+            return
         self._diagnose()
-        ros.wait_until_acknowledged([self._diagnostics])
+        self._run.wait_until_acknowledged()
         self._stream.finish()
         self._writer.close()
 

@@ -212,6 +212,20 @@ class RecordingWriter:
             self._fail(error)
         self._is_open = False
 
+    def discard(self) -> None:
+        """Remove the recording and, where it was made for it, the folder; raises RecordingError."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        self._disk.shutdown()
+        try:
+            self._file.close()
+            self._active.unlink()
+            if self._is_bag and not any(self.path.parent.iterdir()):
+                self.path.parent.rmdir()
+        except OSError as error:
+            _refuse(self._active, error)
+
     def __enter__(self) -> Self:
         return self
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.gaps import SampleContinuity
+from rotor_interfaces.gaps import FirstSource, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import decode
@@ -18,6 +18,12 @@ from vibration_monitor.recording import RecordingWriter
 
 _STAMP_AT = 4  # after the encapsulation header of CDR
 _STAMP_END = 12
+
+PASSIVE = (topics.MANEUVER_LOAD, topics.PROGRESS, topics.CLOCK, topics.DIAGNOSTICS, topics.CONFIG)
+"""Topics that do not set the simulation time."""
+NEAR_NS = 30 * NANOSECONDS
+"""The load runs ahead by 10 s at most, a queue of blocks lags by less than 10 s."""
+MOST_WAITING = 4096
 
 
 def raw_stamp_ns(topic: Topic, data: bytes) -> int:
@@ -47,6 +53,7 @@ class SampleIndexReader:
         self._rows_at = 0
         self._count = 0
         self._sample_at = 0
+        self.step_s = float('nan')  # of the layout that is known, see WaveformBlock
 
     def read(self, data: bytes) -> tuple[int, int]:
         """Return the index of the first sample and the number of samples.
@@ -77,6 +84,7 @@ class SampleIndexReader:
             self._rows_at = rows_at
             self._sample_at = rows_at + offset
             self._count = len(block.rows)
+        self.step_s = block.step_s
         return first, len(block.rows)
 
 
@@ -97,8 +105,10 @@ class RecordingStream:
     """Gives every message its log time, counts what is missing, and writes.
 
     Log time is simulation time: the message's own stamp or, where it has none, the newest
-    simulation time seen; such messages wait until there is one. The load, which is published
-    ahead, does not set it.
+    simulation time seen; such messages wait until there is one. What the rotor and the monitor
+    publish sets this time; the load, which is published ahead, does not, nor does what any node
+    may publish (PASSIVE). Of those a stamp far from the simulation time is none, and on
+    /diagnostics every stamp.
     """
 
     def __init__(
@@ -107,34 +117,47 @@ class RecordingStream:
         """Write to `writer`; `full_name` resolves the name of a topic, as a node does."""
         self.continuity = SampleContinuity()
         self.refused_blocks = 0
+        self.left_out = 0
         self.time_ns = 0
+        self._first_source = FirstSource()
         self._writer = writer
         self._index = SampleIndexReader()
         self._waiting: list[tuple[Topic, bytes, int]] = []
         self._config = b''
         self._stored = {t: replace(t, name=full_name(t.name)) for t in topics.TOPICS}
 
-    def take(self, topic: Topic, data: bytes, publish_time_ns: int) -> int:
+    def take(
+        self, topic: Topic, data: bytes, publish_time_ns: int, *, is_alone: bool = True
+    ) -> int:
         """Write one message of `topics.TOPICS`; return its stamp in ns, 0 without one.
+
+        Args:
+            topic: where it came.
+            data: its CDR bytes.
+            publish_time_ns: wall time, ns.
+            is_alone: whether this topic has one source; of several, blocks and configuration
+                of the first are taken, the others are counted and left out (returns 0).
 
         Raises:
             RecordingError: the system refuses to write.
 
         """
         stamp_ns = raw_stamp_ns(topic, data)
-        if stamp_ns and topic is not topics.MANEUVER_LOAD:
+        if topic is topics.WAVEFORM:
+            if not self._check(stamp_ns, data, is_alone=is_alone):
+                return 0
+        elif topic is topics.CONFIG and not self._keep_config(data, is_alone=is_alone):
+            return 0
+        if stamp_ns and topic not in PASSIVE:
             self.time_ns = max(self.time_ns, stamp_ns)
             if self._waiting:
                 self._release()
-        log_time_ns = stamp_ns or self.time_ns
-        if log_time_ns:
-            self._writer.write(self._stored[topic], data, log_time_ns, publish_time_ns)
-        else:
+        if self.time_ns:
+            self._write(topic, data, publish_time_ns)
+        elif len(self._waiting) < MOST_WAITING:
             self._waiting.append((topic, data, publish_time_ns))
-        if topic is topics.WAVEFORM:
-            self._check(data)
-        elif topic is topics.CONFIG:
-            self._keep_config(data)
+        else:
+            self.left_out += 1
         return stamp_ns
 
     def finish(self) -> None:
@@ -147,30 +170,61 @@ class RecordingStream:
             'blocks [1]': self.continuity.blocks,
             'lost samples [1]': self.continuity.lost_samples,
             'refused blocks [1]': self.refused_blocks,
+            'blocks of another source [1]': self._first_source.other_blocks,
+            'messages left out [1]': self.left_out,
             'messages [1]': self._writer.messages,
             'bytes [B]': self._writer.message_bytes,
             'longest flush [ms]': f'{self._writer.flush_max_s * 1e3:.1f}',
         }
 
+    def fault(self) -> str:
+        """Return in a few words what is wrong with the stream, '' where nothing is."""
+        if self._first_source.other_blocks:
+            return 'another source publishes rotor/waveform'
+        lost = self.continuity.lost_samples + self.refused_blocks + self.left_out
+        return 'samples or blocks lost' if lost else ''
+
+    def _write(self, topic: Topic, data: bytes, publish_time_ns: int) -> None:
+        """Write a message by its log time; before there is a simulation time, by the wall's."""
+        stamp_ns = raw_stamp_ns(topic, data)
+        log_time_ns = self.time_ns or publish_time_ns
+        if topic not in PASSIVE:
+            log_time_ns = stamp_ns or log_time_ns
+        elif topic is not topics.DIAGNOSTICS and abs(stamp_ns - log_time_ns) < NEAR_NS:
+            log_time_ns = stamp_ns
+        self._writer.write(self._stored[topic], data, log_time_ns, publish_time_ns)
+
     def _release(self) -> None:
         waiting, self._waiting = self._waiting, []
         for topic, data, publish_time_ns in waiting:
-            log_time_ns = self.time_ns or publish_time_ns
-            self._writer.write(self._stored[topic], data, log_time_ns, publish_time_ns)
+            self._write(topic, data, publish_time_ns)
 
-    def _check(self, data: bytes) -> None:
+    def _check(self, stamp_ns: int, data: bytes, *, is_alone: bool) -> bool:
+        """Take the sample index of a block; say no where it comes from another source."""
         try:
-            self.continuity.check(*self._index.read(data))
+            first, count = self._index.read(data)
         except WireError:
-            # it is recorded as it came; the monitor says what is wrong with it
+            # from the only source it is recorded as it came; the monitor says what is wrong
             self.refused_blocks += 1
+            return is_alone
+        is_ours = self._first_source.accepts(
+            stamp_ns, first, count, step_s=self._index.step_s, is_alone=is_alone
+        )
+        if is_ours:
+            self.continuity.check(first, count)
+        return is_ours
 
-    def _keep_config(self, data: bytes) -> None:
+    def _keep_config(self, data: bytes, *, is_alone: bool) -> bool:
+        """Keep the configuration in force; say no to that of another source."""
         if data == self._config:
-            return
+            return True
+        if self._config and not is_alone:
+            self.left_out += 1
+            return False
         self._config = data
         try:
             text = str(messages.from_cdr(data, topics.CONFIG.type).data)
         except UNDECODABLE:
-            return  # it is recorded as it came
+            return True  # it is recorded as it came
         self._writer.add_config(text)
+        return True

@@ -17,6 +17,7 @@ import rerun as rr
 from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.run_topics import RUN_ID, RunTopics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.view import viewer
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
@@ -37,6 +38,7 @@ class ViewerNode(Node):  # type: ignore[misc]
         self._blocks_per_s = ros.declare(
             self, 'blocks_per_s', 80, 'waveform blocks shown a second; the rest of it is left out'
         )
+        run = RunTopics(self, ros.declare(self, 'run_id', '', RUN_ID))
         if self._file and Path(self._file).exists():
             raise ViewError(f'save = {self._file} exists already; give the name of a new file')
         self._viewer: Viewer | None = None
@@ -47,8 +49,7 @@ class ViewerNode(Node):  # type: ignore[misc]
         self._runs = 0
         self._view = RigView(self._connect)
         for topic in SHOWN_TOPICS:
-            ros.subscription(
-                self,
+            run.subscription(
                 dataclasses.replace(topic, best_effort=topic == topics.WAVEFORM),
                 functools.partial(self._on_message, topic),
             )
