@@ -19,6 +19,7 @@ from rotor_bringup.analysis_files import Outcome
 from rotor_bringup.compute import executor
 from rotor_bringup.progress import OnProgress
 from rotor_sim.analysis import (
+    LyapunovExponent,
     ResultCache,
     Survey,
     lyapunov_exponent,
@@ -79,8 +80,13 @@ def _outcome(command: str, question: Question, found: Survey, direction: Directi
         rows=rows,
         shared=shared,
         found=_json_of(found, question),
-        sentences=[*_labels(question, found.label), *_about(found, question)],
+        sentences=[
+            *_labels(question, found.label),
+            *_diverged(found, question),
+            *_about(found, question),
+        ],
         draw=partial(_SWEEPS[command], rows | shared, asked),
+        failed=bool((found.label == 'diverged').all()),
     )
 
 
@@ -115,9 +121,11 @@ def run_map(
     asked |= {name: None for name in ('speed_rad_s', 'load_factor') if name == result.over[1]}
     positive = int((result.exponent > SIGNIFICANCE * result.standard_error).sum())
     kinds = ', '.join(f'{n} {kind}' for kind, n in Counter(rows['label'].tolist()).most_common())
+    gone = int((result.label == 'diverged').sum())
     sentences = [
         f'{count} points over {result.over[0]} and {result.over[1]}: {kinds}',
         f'exponent positive by {SIGNIFICANCE:g} standard errors at {positive} of them',
+        *([f'{gone} of {count} points diverged{_WHERE_DIVERGED}'] if gone else []),
     ]
     if question.plan.check_steps:
         bad = int((~result.converged & (result.label != 'diverged')).sum())
@@ -134,9 +142,11 @@ def run_map(
                 for name in ('exponent', 'standard_error', 'label', 'converged')
             },
             'positive': positive,
+            'diverged': gone,
         },
         sentences=sentences,
         draw=partial(analysis_figures.parameter_map, result, asked),
+        failed=gone == count,
     )
 
 
@@ -158,17 +168,21 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         )
 
     result = at(plan.steps_per_revolution, everything=spectrum)
+    failed = not np.isfinite(result.exponent)
     found: dict[str, Any] = {
         'method': method,
         'exponent': result.exponent,
         'standard_error': result.standard_error,
+        'diverged_at': np.nan if result.diverged_at is None else float(result.diverged_at),
     }
-    said = (
-        f'largest Lyapunov exponent {result.exponent:.5f} +- {result.standard_error:.5f} per unit '
-        f'tau (standard error; {plan.exponent_revolutions} revolutions, {method})'
-    )
-    sentences = [said]
-    if plan.check_steps:
+    sentences = [
+        f'no largest Lyapunov exponent: {_lost(result)}; more --steps show whether the step is to '
+        'blame'
+        if failed
+        else f'largest Lyapunov exponent {_number(result)} per unit tau (standard error; '
+        f'{plan.exponent_revolutions} revolutions, {method})'
+    ]
+    if plan.check_steps and not failed:
         steps = 2 * steps_needed(point, plan.steps_per_revolution)
         finer = at(steps, everything=False)
         difference = abs(result.exponent - finer.exponent)
@@ -177,10 +191,10 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         found |= {'exponent_difference': difference, 'converged': converged}
         sentences.append(
             f'{"converged" if converged else "NOT converged"}: {steps} steps a revolution give '
-            f'{finer.exponent:.5f} +- {finer.standard_error:.5f}'
+            + (_number(finer) if np.isfinite(finer.exponent) else f'none, {_lost(finer)}')
         )
     shared = {}
-    if result.spectrum is not None:
+    if result.spectrum is not None and not failed:
         shared = {
             'spectrum': result.spectrum,
             'spectrum_standard_error': result.spectrum_standard_error,
@@ -195,7 +209,19 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         found=found,
         sentences=sentences,
         draw=partial(analysis_figures.lyapunov_exponent, result, asked, found.get('converged')),
+        failed=failed,
     )
+
+
+def _number(result: LyapunovExponent) -> str:
+    return f'{result.exponent:.5f} +- {result.standard_error:.5f}'
+
+
+def _lost(result: LyapunovExponent) -> str:
+    """Return why there is no exponent."""
+    if result.diverged_at is None:
+        return 'the growth of a deviation was lost in rounding, though the motion did not diverge'
+    return f'the motion diverged, it left the model in revolution {result.diverged_at}'
 
 
 def run_section(question: Question) -> Outcome:
@@ -209,24 +235,27 @@ def run_section(question: Question) -> Outcome:
         transient_revolutions=plan.transient_revolutions,
         revolutions=plan.revolutions,
         steps_per_revolution=plan.steps_per_revolution,
+        exponent_revolutions=plan.exponent_revolutions,
+        check_steps=plan.check_steps,
     )
-    judged = survey(question.points, plan)
-    label = str(judged.label[0])
-    evidence = result.evidence | {
-        'exponent': float(judged.exponent[0]),
-        'standard_error': float(judged.standard_error[0]),
-    }
+    label, diverged = result.label, result.label == 'diverged'
     everything = {field.name: getattr(result, field.name) for field in fields(result)}
     rows = {name: value for name, value in everything.items() if isinstance(value, np.ndarray)}
-    found: dict[str, Any] = {'label': label, 'evidence': evidence}
-    numbers = ', '.join(f'{name} {value:.4g}' for name, value in evidence.items())
-    sentences = [f'{label} motion: {numbers}']
+    found: dict[str, Any] = {
+        'label': label,
+        'reason': result.reason,
+        'diverged_at': result.diverged_at,
+        'evidence': result.evidence,
+    }
+    because = f' ({result.reason})' if result.reason else ''
+    numbers = ', '.join(f'{name} {value:.4g}' for name, value in result.evidence.items())
+    sentences = [f'{label} motion{because}' + ('' if diverged else f': {numbers}')]
     if plan.check_steps:
-        converged = bool(judged.converged[0])
-        found |= {'converged': converged, 'difference': float(judged.difference[0])}
+        found |= {'converged': result.converged, 'difference': result.difference}
+    if plan.check_steps and np.isfinite(result.difference):
         sentences.append(
-            f'{"converged" if converged else "NOT converged"}: twice the steps change means and '
-            f'amplitudes by {judged.difference[0]:.2g} of the largest'
+            f'{"converged" if result.converged else "NOT converged"}: twice the steps change means '
+            f'and amplitudes by {result.difference:.2g} of the largest'
         )
     asked = question.asked('poincare')
     return Outcome(
@@ -238,6 +267,7 @@ def run_section(question: Question) -> Outcome:
         draw=partial(
             analysis_figures.poincare_section, result, label, asked, found.get('converged')
         ),
+        failed=diverged,
     )
 
 
@@ -249,8 +279,11 @@ _SWEEPS = {
 }
 
 
+_WHERE_DIVERGED = '; their numbers are NaN in the data, null in JSON'
+
+
 def _json_of(found: Survey, question: Question) -> dict[str, Any]:
-    names = ['label']
+    names = ['label', 'reason', 'diverged_at']
     if question.plan.exponent_revolutions:
         names += ['exponent', 'standard_error']
     if question.plan.check_steps:
@@ -260,6 +293,7 @@ def _json_of(found: Survey, question: Question) -> dict[str, Any]:
     return {
         'values': question.values.tolist(),
         **{name: getattr(found, name).tolist() for name in names},
+        'diverged': int((found.label == 'diverged').sum()),
     }
 
 
@@ -267,6 +301,20 @@ def _labels(question: Question, label: NDArray[np.str_]) -> list[str]:
     counted = Counter(label.tolist()).most_common()
     kinds = ', '.join(f'{count} {name}' for name, count in counted)
     return [f'{len(label)} values of {question.over}: {kinds}']
+
+
+def _diverged(found: Survey, question: Question) -> list[str]:
+    """Return a sentence about the values at which the motion diverged, if any."""
+    gone = found.label == 'diverged'
+    if not gone.any():
+        return []
+    values, left = question.values[gone], found.diverged_at[gone]
+    said = (
+        f'{int(gone.sum())} of {len(found)} values diverged, between {question.over} = '
+        f'{values.min():g} and {values.max():g}: the motions left the model in revolution '
+        f'{left.min():.0f} to {left.max():.0f}{_WHERE_DIVERGED}'
+    )
+    return [said]
 
 
 def _about(found: Survey, question: Question) -> list[str]:

@@ -230,6 +230,8 @@ def _paths(diagram: Diagram, variant: str, work: _Work) -> list[Motion]:
             load_factor=point.load_factor,
             transient_revolutions=transient,
             revolutions=SERIES_REVOLUTIONS,
+            exponent_revolutions=0,
+            check_steps=False,
         )
         y, z = section.orbit_y, section.orbit_z
         tau = start + turn * np.arange(y.size) / y.shape[1]
