@@ -30,8 +30,10 @@ TICK_SLACK = 0.1
 """How far beyond its outer ticks an axis may go, over the distance between them: the section of
 Fig. 7 reaches 4.62 in a portrait whose last tick is 4.6 of a span of 0.6."""
 
-TICK_FILL = 0.25
-"""Least part of the ticks that a curve fills: for a smaller one the axis had been narrower."""
+TICK_FILL = 0.5
+"""Least part of the ticks that a curve fills. An axis that a program fits to its curve has ticks at
+steps of 1, 2 or 5 times a power of ten, three or more of them, and ends at the first beyond the
+curve: it is filled by half or more."""
 
 TICK_OVERLAP = 0.1
 """Least common part of two ranges, over their union, that counts as partly the same."""
@@ -247,8 +249,30 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
         if sweeps is not None
         else ''
     )
-    value = {'largest_step': step, 'largest_hysteresis': apart}
+    value = {'largest_step': step, 'outstanding': outstanding, 'largest_hysteresis': apart}
     return Judgement(graded(full, part), why, value)
+
+
+def no_jump(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
+    """Judge whether the orbit diagram does not jump, by the measures of `jumps`."""
+    found = jumps(z, x, sweeps)
+    apart = found.value['largest_hysteresis'] if sweeps is not None else 0.0
+    step = found.value['largest_step']
+    if np.isfinite(step) and not found.value['outstanding']:
+        step = 0.0  # chaos changes always
+    verdict = graded(step < STEP and apart < STEP, step < JUMP and apart < JUMP)
+    return Judgement(verdict, found.why, found.value)
+
+
+def mostly(surveys: Sequence[Survey], wanted: str, *, full: float, part: float) -> Judgement:
+    """Judge whether the share `full` of all motions carries the label `wanted`."""
+    found = np.concatenate([survey.label for survey in surveys])
+    share = float(np.mean(found == wanted))
+    names, counts = np.unique(found, return_counts=True)
+    counted = {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+    each = ', '.join(f'{count} {name}' for name, count in counted.items())
+    why = f'{100 * share:.0f} % of {found.size} motions are {wanted}: {each}'
+    return Judgement(graded(share >= full, share >= part), why, {'labels': counted})
 
 
 def _difference(apart: float, where: float) -> str:
