@@ -56,10 +56,9 @@ def follow(
         ensemble = Ensemble(column, steps, states, revolution)
         left = settle(ensemble, plan.transient_revolutions)
         record = ensemble.advance(plan.revolutions, SAMPLES)
-        left = np.fmin(
-            left, departure(column, record, SAMPLES, revolution + plan.transient_revolutions)
-        )
+        left = np.fmin(left, departure(column, record, revolution + plan.transient_revolutions))
         states = ensemble.states
+        left = np.fmin(left, ensemble.revolution)
         failed = diverged(column, record, states)
         left = np.where(failed, left - revolution, np.nan)
         revolution = ensemble.revolution

@@ -37,7 +37,6 @@ from rotor_sim.analysis.surveys import (
     Progress,
     Survey,
     diverged,
-    lost_after,
     run_chunk,
     settle,
     survey,
@@ -477,13 +476,13 @@ def lyapunov_exponent(
             f"method = {method!r} is not known; it must be 'tangent' or 'two_trajectories'"
         )
     if method == 'two_trajectories':
-        left = np.fmin(left, settle(ensemble, revolutions))
-    else:
-        left = np.fmin(left, revolution + lost_after(logs[:, :, 0]))
+        ensemble.advance(revolutions)
     last = ensemble.advance(1, SAMPLES)
     diverged_at = None
     if diverged([point], last, start)[0] or diverged([point], last, ensemble.states)[0]:
-        logs, diverged_at = np.full_like(logs, np.nan), int(np.fmin(left, ensemble.revolution)[0])
+        again = Ensemble([point], steps, start, revolution)
+        left = np.fmin(left, settle(again, revolutions + 1))
+        logs, diverged_at = np.full_like(logs, np.nan), int(left[0])
     estimated = functools.partial(
         estimate,
         interval_length=2.0 * math.pi,

@@ -65,8 +65,8 @@ RUNAWAY = 1000.0
 """Static deflections beyond which a trajectory has diverged, if still finite: a bearing that the
 shaft has left by millimetres is no small displacement."""
 
-STRETCH = 1000
-"""Revolutions of a transient looked at together: 2 MB for a chunk."""
+STRETCH = 100
+"""Revolutions of a transient looked at together: 13 MB for a chunk."""
 
 LARGEST_IN_MEMORY = 64 * 2**20
 """Bytes of one array of a Survey beyond which it lies on disk."""
@@ -363,12 +363,16 @@ def _measure(
     ensemble = Ensemble(points, steps, start)
     left = settle(ensemble, plan.transient_revolutions)
     record = ensemble.advance(plan.revolutions, SAMPLES)
-    left = np.fmin(left, departure(points, record, SAMPLES, plan.transient_revolutions))
-    failed = diverged(points, record, ensemble.states)
     states, revolution = ensemble.states, ensemble.revolution
-    exponent, error, lost_after = _exponents(ensemble, plan.exponent_revolutions)
-    failed |= _outside(points, ensemble.states)
-    left = np.fmin(left, revolution + lost_after)
+    left = np.fmin(left, departure(points, record, plan.transient_revolutions))
+    left = np.where(np.isnan(left) & _outside(points, states), revolution, left)
+    failed = diverged(points, record, states)
+    exponent, error = _exponents(ensemble, plan.exponent_revolutions)
+    late = _outside(points, ensemble.states) & ~failed
+    if late.any():
+        again = Ensemble(points, steps, states, revolution)
+        left[late] = settle(again, plan.exponent_revolutions)[late]
+        failed |= late
     record[failed] = np.nan
     arrays = summarise(points, record, 0.0 if finer else plan.highest_order)
     exponent[failed], error[failed] = np.nan, np.nan
@@ -382,7 +386,7 @@ def _measure(
         jumps = np.array([point.parameters.breathing_jumps for point in points])
         if jumps.any():
             again = Ensemble(points, steps, states, revolution)
-            found, _, _ = _exponents(again, plan.exponent_revolutions, saltation=False)
+            found, _ = _exponents(again, plan.exponent_revolutions, saltation=False)
             naive[jumps & ~failed] = found[jumps & ~failed]
         arrays['naive_exponent'] = naive
     return arrays
@@ -397,8 +401,8 @@ def settle(ensemble: Ensemble, revolutions: int) -> Array:
     until = ensemble.revolution + revolutions
     while ensemble.revolution < until:
         first = ensemble.revolution
-        record = ensemble.advance(min(STRETCH, until - first), 1)
-        left = np.fmin(left, departure(ensemble.points, record, 1, first))
+        record = ensemble.advance(min(STRETCH, until - first), SAMPLES)
+        left = np.fmin(left, departure(ensemble.points, record, first))
     return np.where(np.isnan(left) & _outside(ensemble.points, ensemble.states), until, left)
 
 
@@ -420,10 +424,10 @@ def _beyond(points: Sequence[OperatingPoint], places: Array) -> NDArray[np.bool_
     return np.asarray(~inside)
 
 
-def departure(points: Sequence[OperatingPoint], record: Array, samples: int, first: int) -> Array:
+def departure(points: Sequence[OperatingPoint], record: Array, first: int) -> Array:
     """Return the revolution (n,) in which a recording from revolution `first` on leaves, or NaN."""
     beyond = _beyond(points, record)
-    return np.where(beyond.any(axis=1), first + beyond.argmax(axis=1) // samples, np.nan)
+    return np.where(beyond.any(axis=1), first + beyond.argmax(axis=1) // SAMPLES, np.nan)
 
 
 def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: float) -> Arrays:
@@ -474,19 +478,13 @@ def _order_amplitudes(x: Array, ball_pass: Array) -> Array:
 
 def _exponents(
     ensemble: Ensemble, revolutions: int, *, saltation: bool = True
-) -> tuple[Array, Array, Array]:
-    """Return exponents, their errors, and after how many revolutions each was lost or the end."""
+) -> tuple[Array, Array]:
     count = len(ensemble.points)
     if revolutions == 0:
-        return np.full(count, np.nan), np.full(count, np.nan), np.zeros(count)
-    logs = tangent_growth(ensemble, revolutions, saltation=saltation)[:, :, 0]
-    result = estimate(logs, 2.0 * math.pi, discard=revolutions // ALIGNMENT)
-    return result.exponent, result.standard_error, lost_after(logs)
-
-
-def lost_after(logs: Array) -> Array:
-    """Return how many of the logs (intervals, n) of each trajectory are finite, (n,)."""
-    return np.asarray(np.isfinite(logs).sum(axis=0), np.float64)
+        return np.full(count, np.nan), np.full(count, np.nan)
+    logs = tangent_growth(ensemble, revolutions, saltation=saltation)
+    result = estimate(logs[:, :, 0], 2.0 * math.pi, discard=revolutions // ALIGNMENT)
+    return result.exponent, result.standard_error
 
 
 def tangent_growth(
