@@ -86,7 +86,8 @@ def _outcome(command: str, question: Question, found: Survey, direction: Directi
             *_about(found, question),
         ],
         draw=partial(_SWEEPS[command], rows | shared, asked),
-        failed=bool((found.label == 'diverged').all()),
+        failed=bool((found.label == 'diverged').all())
+        or bool(command == 'lyapunov' and np.isnan(found.exponent).all()),
     )
 
 
@@ -248,7 +249,9 @@ def run_section(question: Question) -> Outcome:
         'evidence': result.evidence,
     }
     because = f' ({result.reason})' if result.reason else ''
-    numbers = ', '.join(f'{name} {value:.4g}' for name, value in result.evidence.items())
+    numbers = ', '.join(
+        f'{name} {value:.4g}' for name, value in result.evidence.items() if np.isfinite(value)
+    )
     sentences = [f'{label} motion{because}' + ('' if diverged else f': {numbers}')]
     if plan.check_steps:
         found |= {'converged': result.converged, 'difference': result.difference}
@@ -261,7 +264,10 @@ def run_section(question: Question) -> Outcome:
     return Outcome(
         asked=asked,
         rows=rows,
-        shared={'length_scale_m': np.array(result.length_scale_m), 'label': np.array(label)},
+        shared={
+            name: np.array(everything[name])
+            for name in ('length_scale_m', 'label', 'reason', 'diverged_at')
+        },
         found=found,
         sentences=sentences,
         draw=partial(
@@ -328,6 +334,12 @@ def _about(found: Survey, question: Question) -> list[str]:
             f'largest exponents {np.nanmin(found.exponent):.4f} to {found.exponent[at]:.4f} per '
             f'unit tau, the highest at {question.values[at]:g}; positive by {SIGNIFICANCE:g} '
             f'standard errors at {int(positive.sum())} of {len(found)} values'
+        )
+    none = np.isnan(found.exponent) & (found.label != 'diverged')
+    if question.plan.exponent_revolutions and none.any():
+        sentences.append(
+            f'{int(none.sum())} of {len(found)} values have no exponent: the growth of a deviation '
+            'was lost in rounding'
         )
     bad = ~found.converged & (found.label != 'diverged')
     if question.plan.check_steps and bad.any():

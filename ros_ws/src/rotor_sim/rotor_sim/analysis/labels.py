@@ -19,6 +19,7 @@ from rotor_sim.analysis.motion import SIGNIFICANCE, Motion, classify
 BATCH = 64
 """Points labelled at once: the 0-1 test of more would take too much memory."""
 
+CHANGES = 'the motion changes with the step'
 NO_EXPONENT = 'the section looks chaotic, but there is no exponent to confirm it'
 
 
@@ -46,8 +47,8 @@ def _labelled(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         for row in np.flatnonzero(_contradicted(motion, finer)).tolist():
             steps = int(arrays['steps_per_revolution'][row])
             reason[row] = (
-                f'the motion changes with the step: {_told(motion, row)} with {steps} steps a '
-                f'revolution, {_told(finer, row)} with {2 * steps}'
+                f'{CHANGES}: {_told(motion, row)} with {steps} steps a revolution, '
+                f'{_told(finer, row)} with {2 * steps}'
             )
             if label[row] != 'diverged':
                 label[row] = 'undecided'
