@@ -15,22 +15,22 @@ CONTINUUM = 0.001
 """Least median of a spectrum over its highest line that is a continuum: lines fill few bins."""
 
 
-def changes_most(amplitudes: FloatArray, x: FloatArray, order: float) -> Judgement:
-    """Judge whether of all super-harmonics (n, 5) over x that of `order` changes most and peaks."""
+def changes_most(amplitudes: FloatArray, load_factor: FloatArray, order: float) -> Judgement:
+    """Judge whether of all super-harmonics (n, 5) over G that of `order` changes most and peaks."""
     good = np.isfinite(amplitudes).all(axis=1)
     if not good.any():
         return Judgement(DOES_NOT, 'no finite value', {})
-    amplitudes, x = amplitudes[good, 1:], x[good]
+    amplitudes, load_factor = amplitudes[good, 1:], load_factor[good]
     ranges = np.ptp(amplitudes, axis=0)
     most = judging.ORDERS[1 + int(ranges.argmax())]
     own = amplitudes[:, judging.ORDERS.index(order) - 1]
-    at, height = float(x[own.argmax()]), float(own.max())
+    at, height = float(load_factor[own.argmax()]), float(own.max())
     ends = float(max(own[0], own[-1])) / height if height > 0.0 else np.nan
     verdict = judging.graded(most == order and ends <= END, most == order or ends <= END)
+    itself = '' if most == order else f', {order:g}x by {np.ptp(own):.3g}'
     why = (
-        f'{most:g}x changes most, by {ranges.max():.3g}, {order:g}x by '
-        f'{np.ptp(own):.3g}; {order:g}x is largest at {at:.3g} ({height:.3g}), the larger of its '
-        f'ends has {100 * ends:.0f} % of it'
+        f'{most:g}x changes most, by {ranges.max():.3g}{itself}; {order:g}x is largest at G = '
+        f'{at:.3g} ({height:.3g}), the larger of its ends has {100 * ends:.0f} % of it'
     )
     return Judgement(verdict, why, {'changes_most': most, 'largest_at': at, 'end': ends})
 
