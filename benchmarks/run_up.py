@@ -4,8 +4,9 @@
 
     python benchmarks/run_up.py [--scipy]
 
-Largest difference of the six displacements, over the static deflection, looked at every 10 ms: the
-default step (512 a revolution at the highest speed) and the finer one against one of 8192. With
+Largest difference, looked at every 10 ms, of the displacements (over the static deflection) and of
+the velocities (over that times the speed at the start): the default of 512 steps a revolution at
+the highest speed and 2048 against 8192. With
 --scipy the finest is itself held against scipy's DOP853 (rtol = atol = 1e-10) for `derived`, where
 f does not jump; that takes minutes. `docs/physics.md` quotes the table.
 """
@@ -14,6 +15,7 @@ import argparse
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 from scipy.integrate import solve_ivp
 
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
@@ -37,17 +39,26 @@ LOADS = GRAVITY_M_S2 * np.stack(
 """n from 1 to 3 and back, with side load."""
 
 
-def displacements(variant: str, first: float, last: float, steps: int) -> Array:
-    """Return the displacements every 10 ms, (121, 6), over the static deflection."""
+def states(variant: str, first: float, last: float, steps: int) -> Array:
+    """Return displacements over the static deflection and velocities over that times `first`.
+
+    (121, 12), every 10 ms.
+    """
     simulator = simulated(variant, first, last, steps)
     grid = LoadGrid.from_points(LOADS)
     simulator.prepare(grid)
-    scale = simulator.config.parameters().length_scale_m
-    states = [simulator.state]
+    scale = scale_of(simulator, first)
+    seen = [simulator.state]
     for _ in range(round(SECONDS / BLOCK_S)):
         simulator.advance(round(RATE_HZ * BLOCK_S), grid)
-        states.append(simulator.state)
-    return np.array(states)[:, :6] / scale
+        seen.append(simulator.state)
+    return np.array(seen) / scale
+
+
+def scale_of(simulator: RotorSimulator, first: float) -> Array:
+    """Return what makes a state (12,) dimensionless."""
+    length = simulator.config.parameters().length_scale_m
+    return np.repeat([length, length * first], 6)
 
 
 def simulated(variant: str, first: float, last: float, steps: int) -> RotorSimulator:
@@ -69,11 +80,11 @@ def simulated(variant: str, first: float, last: float, steps: int) -> RotorSimul
 
 
 def by_scipy(first: float, last: float) -> Array:
-    """Return the displacements of `derived` by DOP853, (121, 6), over the static deflection."""
+    """Return what `states` returns, for `derived`, by DOP853."""
     simulator = simulated('derived', first, last, REFERENCE_STEPS)
     simulator.prepare(LoadGrid.from_points(LOADS))
     parameters = simulator.config.parameters()
-    scale = np.repeat([parameters.length_scale_m, parameters.length_scale_m * first], 6)
+    scale = scale_of(simulator, first)
     acceleration = (last - first) / SECONDS
 
     def rates(time_s: float, state: Array) -> Array:
@@ -87,12 +98,12 @@ def by_scipy(first: float, last: float) -> Array:
         )
         return np.asarray(derivative(parameters, state * scale, drive) / scale)
 
-    states = [simulator.state / scale]
+    seen = [simulator.state / scale]
     for block in range(round(SECONDS / BLOCK_S)):  # the load has a kink at every 10 ms
         span = (block * BLOCK_S, (block + 1) * BLOCK_S)
-        solution = solve_ivp(rates, span, states[-1], 'DOP853', rtol=1e-10, atol=1e-10)
-        states.append(solution.y[:, -1])
-    return np.array(states)[:, :6]
+        solution = solve_ivp(rates, span, seen[-1], 'DOP853', rtol=1e-10, atol=1e-10)
+        seen.append(solution.y[:, -1])
+    return np.array(seen)
 
 
 def main() -> None:
@@ -100,18 +111,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--scipy', action='store_true', help='hold the reference against DOP853')
     arguments = parser.parse_args()
-    print('variant, rad/s', *(f'{steps} steps' for steps in STEPS), 'reference', sep=' | ')
+    console = Console(soft_wrap=True, highlight=False)
+    console.print('variant, rad/s | displacements, velocities of', *STEPS, 'steps | reference')
     for variant in VARIANTS:
         for first, last in RUN_UPS:
-            reference = displacements(variant, first, last, REFERENCE_STEPS)
-            errors = [
-                np.abs(displacements(variant, first, last, steps) - reference).max()
-                for steps in STEPS
-            ]
+            reference = states(variant, first, last, REFERENCE_STEPS)
+            tried = [states(variant, first, last, steps) for steps in STEPS]
             if arguments.scipy and variant == 'derived':
-                errors.append(np.abs(by_scipy(first, last) - reference).max())
-            row = (f'{variant} {first:g} to {last:g}', *(f'{error:.1e}' for error in errors))
-            print(*row, sep=' | ', flush=True)
+                tried.append(by_scipy(first, last))
+            cells = [
+                ', '.join(f'{np.abs(part).max():.1e}' for part in np.hsplit(one - reference, 2))
+                for one in tried
+            ]
+            console.print(f'{variant} {first:g} to {last:g}', *cells, sep=' | ')
 
 
 if __name__ == '__main__':
