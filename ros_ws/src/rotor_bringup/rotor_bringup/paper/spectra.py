@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """How claims about spectra are judged: what changes most, what can be seen, what is continuous."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from rotor_bringup.paper import judging
 from rotor_bringup.paper.judging import DOES_NOT, MOST, VISIBLE, FloatArray, Judgement
@@ -45,7 +48,7 @@ def visible_order(survey: Survey, order: float) -> Judgement:
     return Judgement(judging.graded(share >= VISIBLE, share >= VISIBLE / 2), why, {'share': share})
 
 
-def continuum(spectra: FloatArray) -> FloatArray:
+def continuum(spectra: NDArray[Any]) -> FloatArray:
     """Return the median of each spectrum (n, bins) over its highest line, (n,)."""
     lines = np.asarray(spectra, np.float64)[:, 1:]  # the mean is no line
     return np.asarray(np.median(lines, axis=1) / lines.max(axis=1))

@@ -40,7 +40,7 @@ def label_motions(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]
 def _labelled(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     motion = judge(arrays)
     label, reason = motion.label, motion.reason.astype(object)
-    for row in np.flatnonzero(label == 'diverged'):
+    for row in np.flatnonzero(label == 'diverged').tolist():
         reason[row] = f'left the model in revolution {arrays["diverged_at"][row]:.0f}'
     if 'finer_y' in arrays:
         finer = judge(arrays, 'finer_')
