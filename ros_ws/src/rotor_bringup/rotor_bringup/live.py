@@ -3,7 +3,6 @@
 """A live run over DDS: processes started, watched from an ordinary node, ended in order."""
 
 import json
-import os
 import signal
 import tempfile
 import time
@@ -16,14 +15,13 @@ from typing import Any
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
-from rotor_interfaces import messages, ros, topics
+from rotor_interfaces import dds, messages, ros, topics
 
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
@@ -109,32 +107,39 @@ def run_live(
         quiet: show no progress.
 
     Raises:
+        ConfigError: ROS 2 cannot start here.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
-    ros.prepare_environment()
     state = RunState(scenario.duration_s)
-    with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
-        os.environ.setdefault('ROS_LOG_DIR', logs)
-        plans = _plans(composed=composed, view=view)
+    plans = _plans(composed=composed, view=view)
+    with (
+        dds.environment(),
+        tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs,
+        _signals() as received,
+    ):
         group = ProcessGroup(plans, node_parameters(scenario, rate, folder), Path(logs))
-        ros.check_domain()
+        dds.require_loadable(len(plans) + 1)
         group.start()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        ros.initialise()
         watcher = RunWatcher(scenario, state)
         executor = EventsExecutor()
         executor.add_node(watcher)
+        strangers = set(dds.other_users())
         try:
             with Display(state, console, quiet=quiet) as display:
                 while not received and not group.has_ended(plans[0].name):
                     _spin_for(executor, 0.05)
                     display.refresh()
         finally:
+            strangers.update(dds.other_users())
             failures, warnings = group.stop()
             if rclpy.ok():
                 ros.spin_until_quiet(executor)
                 watcher.destroy_node()
             rclpy.try_shutdown()
+    if strangers:
+        warnings.append(dds.warning_about(strangers))
     return RunResult(folder, state, bool(received), failures, warnings)
 
 

@@ -13,3 +13,9 @@ class ConfigError(RigError, ValueError):
 
 class WireError(RigError, ValueError):
     """A message that breaks the wire contract."""
+
+
+def refusal(error: OSError) -> str:
+    """Return in words what the system refused, and of which file where it says so."""
+    what = error.strerror or str(error)
+    return f'{what}: {error.filename}' if error.filename else what

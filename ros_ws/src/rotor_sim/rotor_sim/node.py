@@ -12,11 +12,10 @@ import sys
 import time
 from typing import Any
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
+from rotor_interfaces.ros import Node
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import RotorError

@@ -7,11 +7,10 @@ import sys
 import time
 from typing import Any
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.ros import Node
 from rotor_interfaces.waveform import decode
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import Level

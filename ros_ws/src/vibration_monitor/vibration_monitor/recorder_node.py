@@ -6,11 +6,10 @@ import sys
 import time
 from functools import partial
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
+from rotor_interfaces.ros import Node
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter
 from vibration_monitor.recording_stream import RecordingStream

@@ -8,12 +8,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import ROS
+from rotor_interfaces.ros import DurabilityPolicy, Node, QoSProfile, ReliabilityPolicy
 from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Connection, RecordedMessage, Recording
 from vibration_monitor.replay import (

@@ -9,7 +9,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import rerun as rr
@@ -18,7 +18,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.reading import UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
-from vibration_monitor.view.blueprint import blueprint
+from vibration_monitor.view.file import ViewFile
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
@@ -85,15 +85,21 @@ def convert(recording: Recording, file: Path) -> list[str]:
             f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
             f'topics are: {", ".join(recording.topics()) or "none"}'
         )
-    streams: list[rr.RecordingStream] = []
+    files: list[ViewFile] = []
 
     def connect(stream: rr.RecordingStream) -> None:
-        if streams:
+        if files:
             raise _SecondRunError
-        streams.append(stream)
-        stream.save(file, default_blueprint=blueprint())
+        files.append(ViewFile(stream, file))
 
     view = RigView(connect, batch_s=BATCH_S)
+    with contextlib.closing(files[0]):
+        _show(recording, wanted, view, files[0])
+    return [*recording.damage, *view.refusals]
+
+
+def _show(recording: Recording, wanted: Mapping[str, Topic], view: RigView, file: ViewFile) -> None:
+    """Push the wanted topics of a recording into its view."""
     missing = [
         topic.name
         for topic in SHOWN_TOPICS
@@ -111,11 +117,10 @@ def convert(recording: Recording, file: Path) -> list[str]:
                 continue
             stamp_ns = 0 if topic == topics.CONFIG else messages.stamp_ns(decoded)
             view.push(topic, stamp_ns, decoded)
+            file.check()
         view.flush()
     except _SecondRunError:
         recording.note('a second run begins in this recording; only the first is shown')
-    streams[0].disconnect()
-    return [*recording.damage, *view.refusals]
 
 
 @contextlib.contextmanager
