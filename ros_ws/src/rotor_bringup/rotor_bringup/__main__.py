@@ -12,9 +12,10 @@ from rotor_interfaces.exit_code import ExitCode
 def main() -> None:
     """Run the command line; Ctrl-C ends it without a traceback."""
     signal.signal(signal.SIGINT, lambda *_: sys.exit(ExitCode.INTERRUPTED))
-    from rotor_bringup.console import OutputError, open_standard_streams  # noqa: PLC0415
+    from rotor_bringup import console  # noqa: PLC0415
 
-    open_standard_streams()
+    console.open_standard_streams()
+    console.allow_any_width()
     try:
         os.getcwd()  # noqa: PTH109 - libraries need it when they are imported
     except FileNotFoundError:
@@ -27,7 +28,7 @@ def main() -> None:
             app(prog_name='rotor-rig')
         finally:
             sys.stdout.flush()
-    except OutputError as error:  # as of --help
+    except console.OutputError as error:  # as of --help
         sys.stderr.write(f'error: {error}\n')
         sys.exit(ExitCode.BAD_INPUT)
 

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import io
 import os
+import shutil
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -14,6 +15,10 @@ from rich.table import Column, Table
 
 from rotor_interfaces.errors import RigError
 from rotor_interfaces.exit_code import ExitCode
+
+NARROWEST = 20
+NARROWEST_BOX = 80
+"""Columns that a table takes, and the box of a help page."""
 
 
 class OutputError(RigError):
@@ -78,6 +83,19 @@ def open_standard_streams() -> None:
         )
         for kind, descriptor, encoding in zip((_Output, _Remarks), (1, 2), encodings, strict=True)
     )
+
+
+def allow_any_width() -> None:
+    """Let a help page fit the terminal; before typer is imported.
+
+    A width below NARROWEST, as a script's COLUMNS=0, is none. The boxes of help pages would cut
+    the names of options where they do not fit: below NARROWEST_BOX there are no boxes.
+    """
+    columns = os.environ.get('COLUMNS', '')
+    if columns.isdecimal() and int(columns) < NARROWEST:
+        del os.environ['COLUMNS']
+    if shutil.get_terminal_size().columns < NARROWEST_BOX:
+        os.environ['TYPER_USE_RICH'] = '0'
 
 
 def folding_table(*headers: str, **style: Any) -> Table:
