@@ -27,6 +27,14 @@ _PORT_FILE = 'fastrtps_port'
 
 def require_loadable(processes: int = 1) -> None:
     """Raise ConfigError where merely importing rclpy would end the process without a sentence."""
+    free = free_shared_memory()
+    if free < processes * BYTES_A_PROCESS:
+        raise ConfigError(
+            f'{SHARED_MEMORY} has {free // 1024} KiB free, and ROS 2 needs '
+            f'{processes * BYTES_A_PROCESS // 1024} KiB there; `fastdds shm clean` removes what '
+            'killed processes have left, and `df` and `ls -l` show what else is in it'
+        )
+    # after the shared memory, which this uses
     name = os.environ.get('RMW_IMPLEMENTATION', '')
     if name:
         try:
@@ -36,13 +44,6 @@ def require_loadable(processes: int = 1) -> None:
                 f'RMW_IMPLEMENTATION = {name!r} is not installed here; unset it, or set '
                 'rmw_fastrtps_cpp'
             ) from None
-    free = free_shared_memory()
-    if free < processes * BYTES_A_PROCESS:
-        raise ConfigError(
-            f'{SHARED_MEMORY} has {free // 1024} KiB free, and ROS 2 needs '
-            f'{processes * BYTES_A_PROCESS // 1024} KiB there; `fastdds shm clean` removes what '
-            'killed processes have left, and `df` and `ls -l` show what else is in it'
-        )
 
 
 def exit_unless_loadable() -> None:
