@@ -29,7 +29,7 @@ HELP_PAGES = ['', 'run', 'view', 'import', 'dataset', 'evaluate', 'paper', 'orbi
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a short recording."""
     path = tmp_path_factory.mktemp('machine')
-    arguments = ['simulate', '--duration', '1', '--out', 'recording.mcap']
+    arguments = ['simulate', '--duration', '3', '--out', 'recording.mcap']
     subprocess.run([*CLI, *arguments], cwd=path, check=True, capture_output=True, timeout=200)
     return path
 
