@@ -3,7 +3,6 @@
 """A rerun file, written so that a full disk is an error."""
 
 import os
-import shutil
 import threading
 from pathlib import Path
 
@@ -11,6 +10,8 @@ import rerun as rr
 
 from vibration_monitor.view.blueprint import blueprint
 from vibration_monitor.view.viewer import ViewError
+
+_PIECE = 2**16
 
 
 class ViewFile:
@@ -29,11 +30,11 @@ class ViewFile:
         self._path = path
         self._refused: OSError | None = None
         try:
-            self._file = path.open('wb', buffering=0)
+            self._file = path.open('wb')
         except OSError as error:
             raise self._error(error) from None
         reading, writing = os.pipe()
-        self._pipe = os.fdopen(reading, 'rb')
+        self._pipe = os.fdopen(reading, 'rb', buffering=0)  # gives what there is, at once
         self._thread = threading.Thread(target=self._copy, daemon=True)
         self._thread.start()
         try:
@@ -43,12 +44,15 @@ class ViewFile:
 
     def _copy(self) -> None:
         """Copy until rerun closes its end; behind an error, read on so that rerun never waits."""
-        with self._pipe, self._file:
+        with self._pipe:
             try:
-                shutil.copyfileobj(self._pipe, self._file)
+                with self._file:
+                    while data := self._pipe.read(_PIECE):
+                        self._file.write(data)
+                        self._file.flush()
             except OSError as error:
                 self._refused = error
-            while self._pipe.read(shutil.COPY_BUFSIZE):
+            while self._pipe.read(_PIECE):
                 pass
 
     def check(self) -> None:
