@@ -138,7 +138,7 @@ def other_users() -> list[int]:
     the others: nodes of two users find each other, and then exchange nothing.
     """
     found = set()
-    if f'{SHARED_MEMORY}/fastrtps_' not in Path('/proc/self/maps').read_text('utf-8'):
+    if f'{SHARED_MEMORY}/fastrtps_' not in Path('/proc/self/maps').read_text('utf-8', 'replace'):
         return []  # this process does without shared memory
     for path in SHARED_MEMORY.glob(f'{_PORT_FILE}*_el'):
         with contextlib.suppress(OSError):
