@@ -14,11 +14,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
-from rich.table import Table
 from typer.core import TyperGroup
 
 from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.baseline_cli import add_command as add_baseline_command
+from rotor_bringup.console import folding_table
 from rotor_bringup.dataset.cli import add_command as add_dataset_command
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.cli import add_command as add_evaluate_command
@@ -32,7 +32,8 @@ from rotor_bringup.scenario import (
     load_scenario,
     shipped_scenarios,
 )
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces import dds
+from rotor_interfaces.errors import ConfigError, RigError, refusal
 from rotor_interfaces.exit_code import ExitCode
 
 console = Console(stderr=True)
@@ -48,6 +49,10 @@ class _Group(TyperGroup):
             _fail(str(error), ExitCode.PROCESS_FAILED)
         except RigError as error:
             _fail(str(error), ExitCode.BAD_INPUT)
+        except OSError as error:
+            if isinstance(error, BrokenPipeError):
+                raise
+            _fail(refusal(error), ExitCode.BAD_INPUT)
 
 
 app = typer.Typer(
@@ -96,6 +101,7 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scenario live over DDS and record it."""
+    dds.require_loadable()
     from rotor_bringup.live import run_live
 
     plan = _load(scenario, duration)
@@ -217,7 +223,8 @@ def analyze(
         _print_json(analysis.summary())
         return
     if analysis.samples is None:
-        table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
+        title = f'{len(analysis.records)} windows'
+        table = folding_table('indicator', 'median', 'largest', title=title)
         for name, median, largest in analysis.highlights():
             table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
         Console().print(table)
@@ -249,7 +256,7 @@ def list_scenarios(as_json: JsonOption = False) -> None:
     if as_json:
         _print_json({plan.name: plan.description for plan in scenarios})
         return
-    table = Table('name', 'length', 'what it shows', box=None)
+    table = folding_table('name', 'length', 'what it shows', box=None)
     for plan in scenarios:
         table.add_row(plan.name, f'{plan.duration_s:g} s', plan.description)
     Console().print(table)
