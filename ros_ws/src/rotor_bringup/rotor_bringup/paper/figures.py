@@ -165,6 +165,9 @@ def load_facts() -> dict[str, Any]:
     """Return what the paper reports, as stored in `facts.yaml`."""
     text = importlib.resources.files(__package__).joinpath('facts.yaml').read_text('utf-8')
     facts: dict[str, Any] = parse_yaml(text)
+    loaded = facts['fig11_13']
+    for name in ('nearest_order', 'lyapunov_ticks'):  # by speed in rad/s; keys of YAML are text
+        loaded[name] = {int(speed): value for speed, value in loaded[name].items()}
     return facts
 
 
