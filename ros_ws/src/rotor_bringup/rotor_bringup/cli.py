@@ -7,6 +7,7 @@ import math
 import shlex
 import sys
 from collections.abc import Iterable
+from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -205,20 +206,17 @@ def analyze(
     as_json: JsonOption = False,
 ) -> None:
     """Run the monitor over a recording: the same indicators as live."""
-    from rotor_bringup.analysis import analyze_recording, check_windows_path, save_windows
+    from rotor_bringup.analysis import analyze_recording, windows_file
 
-    if out is not None:
-        check_windows_path(out)
-    analysis = analyze_recording(file, waveform_topic)
-    if out is not None:
-        save_windows(analysis, out)
+    with nullcontext() if out is None else windows_file(out) as on_window:
+        analysis = analyze_recording(file, waveform_topic, on_window)
     _warn(analysis.damage)
     if as_json:
         _print_json(analysis.summary())
         return
     if analysis.samples is None:
-        table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
-        for name, median, largest in analysis.highlights():
+        table = Table('indicator', 'median', 'largest', title=f'{analysis.state.windows} windows')
+        for name, median, largest in analysis.highlights:
             table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
         Console().print(table)
     else:
