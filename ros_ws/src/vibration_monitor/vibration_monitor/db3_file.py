@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One SQLite file of rosbag2, read by rosbags."""
 
+import contextlib
+import sqlite3
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +35,7 @@ class Db3File:
         self.counts: Counter[int] = Counter()
         self.segments: list[Segment] = []
         self.unread: set[Segment] = set()
+        self.is_indexed = False
         self.start_ns: int | None = None
         self.end_ns: int | None = None
         try:
@@ -61,19 +64,55 @@ class Db3File:
                 Segment(self.start_ns, self.end_ns, 0, self.path.stat().st_size, is_chunk=False)
             )
 
-    def ordered(self, segment: Segment) -> Iterator[StoredMessage]:
-        """Yield all messages by log time; SQLite bags know no other time."""
+    def ordered(self, segment: Segment, begin_ns: int = -1) -> Iterator[StoredMessage]:
+        """Yield the messages from `begin_ns` on by log time; SQLite bags know no other time."""
         try:
             with Reader(self.path) as bag:
-                for known, time_ns, data in bag.messages():
+                for known, time_ns, data in bag.messages(start=begin_ns if begin_ns > 0 else None):
                     yield StoredMessage(known.id, time_ns, time_ns, bytes(data))
         except GeneratorExit:
             raise
         except Exception as error:  # noqa: BLE001 - SQLite's own errors, which rosbags lets through
-            self.unread.add(segment)
-            sentence = f'{self.path.name}: it is damaged, so the rest is left out ({error})'
-            if sentence not in self.damage:
-                self.damage.append(sentence)
+            self._give_up(segment, error)
+
+    def times(self, segment: Segment, channels: Collection[int]) -> list[int]:
+        """Return the sorted log times of the messages on these channels, in ns."""
+        found: list[int] = []
+        for channel in channels:
+            query = 'SELECT timestamp FROM messages WHERE topic_id = ?'
+            found += [time_ns for (time_ns,) in self._rows(segment, query, channel)]
+        return sorted(found)
+
+    def last_before(
+        self, segment: Segment, channels: Collection[int], time_ns: int
+    ) -> list[StoredMessage]:
+        """Return the last message on each of these channels before `time_ns`, by log time."""
+        found = []
+        for channel in channels:
+            query = (
+                'SELECT timestamp, data FROM messages WHERE topic_id = ? AND timestamp < ? '
+                'ORDER BY timestamp DESC, id DESC LIMIT 1'
+            )
+            for at_ns, data in self._rows(segment, query, channel, time_ns):
+                found.append(StoredMessage(channel, at_ns, at_ns, bytes(data)))
+        return sorted(found, key=lambda message: message.log_time_ns)
+
+    def _rows(self, segment: Segment, query: str, *values: int) -> list[tuple[Any, ...]]:
+        """Return what SQLite answers; rosbags reads forwards only."""
+        try:
+            with contextlib.closing(
+                sqlite3.connect(f'{self.path.resolve().as_uri()}?immutable=1', uri=True)
+            ) as bag:
+                return bag.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            self._give_up(segment, error)
+            return []
+
+    def _give_up(self, segment: Segment, error: Exception) -> None:
+        self.unread.add(segment)
+        sentence = f'{self.path.name}: it is damaged, so the rest is left out ({error})'
+        if sentence not in self.damage:
+            self.damage.append(sentence)
 
 
 def _qos_text(known: Any) -> str:

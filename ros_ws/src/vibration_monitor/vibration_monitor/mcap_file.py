@@ -8,8 +8,8 @@ so that a damaged file costs neither memory nor time, and never gives a wrong me
 
 import os
 from bisect import bisect_right
-from collections import Counter, deque
-from collections.abc import Iterator
+from collections import Counter, defaultdict, deque
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -27,22 +27,28 @@ from vibration_monitor.mcap_records import (
     MESSAGE,
     RECORD,
     DamageError,
+    MessageIndices,
     RecordType,
     StoredMessage,
 )
+from vibration_monitor.mcap_summary import read_summary
 
 RUN_BYTES = 2**20
 """Messages outside of chunks are read in runs of about this size."""
 
 
 class Segment(NamedTuple):
-    """A chunk, or a run of messages outside of chunks; the times are log times in ns."""
+    """A chunk, or a run of messages outside of chunks; the times are log times in ns.
+
+    `channels` are those of its messages, None where only reading it would tell.
+    """
 
     start_ns: int
     end_ns: int
     offset: int
     length: int
     is_chunk: bool
+    channels: frozenset[int] | None = None
 
 
 class Connection(NamedTuple):
@@ -59,7 +65,8 @@ class McapFile:
 
     `damage` holds one sentence for each thing lost; it can grow while segments are read.
     `counts` (messages by channel), `start_ns` and `end_ns` come from the summary of a whole
-    file and from the messages themselves otherwise.
+    file, else from the indices of the messages or the messages themselves. `is_indexed` says that
+    a checksum vouches for the `channels` of all segments.
 
     Raises:
         RecordingInputError: not readable, not MCAP, or damaged with no whole message left.
@@ -77,7 +84,10 @@ class McapFile:
         self.start_ns: int | None = None
         self.end_ns: int | None = None
         self.unread: set[Segment] = set()
-        self._indexed: Counter[int] = Counter()
+        self.is_indexed = False
+        self._indexed: defaultdict[int, MessageIndices] = defaultdict(MessageIndices)
+        self._counted: Counter[int] = Counter()
+        self._defined: set[int] = set()
         self._times: dict[int, tuple[int, int]] = {}
         self._loose = 0
         self._is_data_sound = False
@@ -86,10 +96,7 @@ class McapFile:
         self._finalised = False
         try:
             with path.open('rb') as file:
-                self._walk(file)
-            self._drop_loose_messages()
-            if not self._take_statistics():
-                self._survey()
+                self._open(file)
         except OSError as error:
             raise RecordingInputError(
                 f'{path} cannot be read ({error.strerror}); check the path and its permissions'
@@ -114,11 +121,28 @@ class McapFile:
             channel.metadata.get('offered_qos_profiles', ''),
         )
 
-    def ordered(self, segment: Segment) -> Iterator[StoredMessage]:
-        """Yield the messages of a segment by log time, and in file order where it is equal."""
+    def ordered(self, segment: Segment, begin_ns: int = -1) -> Iterator[StoredMessage]:  # noqa: ARG002
+        """Yield the messages of a segment by log time, and in file order where it is equal.
+
+        `begin_ns` is for the caller to hold to: a segment is read as a whole.
+        """
         messages = deque(sorted(self.read(segment), key=lambda message: message.log_time_ns))
         while messages:
             yield messages.popleft()
+
+    def times(self, segment: Segment, channels: Collection[int]) -> list[int]:
+        """Return the sorted log times of a segment's messages on these channels, in ns."""
+        return sorted(m.log_time_ns for m in self.read(segment) if m.channel_id in channels)
+
+    def last_before(
+        self, segment: Segment, channels: Collection[int], time_ns: int
+    ) -> list[StoredMessage]:
+        """Return the messages of a segment on these channels before `time_ns`, by log time."""
+        return [
+            message
+            for message in self.ordered(segment)
+            if message.channel_id in channels and message.log_time_ns < time_ns
+        ]
 
     def read(self, segment: Segment) -> list[StoredMessage]:
         """Return the messages of a segment in file order; empty, with a sentence, if damaged."""
@@ -129,7 +153,7 @@ class McapFile:
         except DamageError as damage:
             self.unread.add(segment)
             kind = 'chunk' if segment.is_chunk else 'run of messages'
-            count = self._indexed[segment.offset] or 'uncounted'
+            count = self._counted[segment.offset] or 'uncounted'
             self._note(
                 f'the {kind} at byte {segment.offset} is damaged ({damage}), so its {count} '
                 'messages are left out'
@@ -154,7 +178,7 @@ class McapFile:
             if opcode == Opcode.MESSAGE:
                 messages.append(mcap_records.message(body))
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._define(opcode, body)
+                self._defined.update(self._define(opcode, body))
             elif opcode == Opcode.CHUNK and segment.is_chunk:
                 raise DamageError('it holds another chunk, which MCAP forbids')
         return messages
@@ -164,12 +188,32 @@ class McapFile:
         if sentence not in self.damage:
             self.damage.append(sentence)
 
-    # The walk from record to record, once, when the file is opened
-
-    def _walk(self, file: BinaryIO) -> None:
+    def _open(self, file: BinaryIO) -> None:
+        """Take the structure from the summary, else from the records themselves."""
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
-        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        is_mcap = file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
+        summary = read_summary(file, size) if is_mcap else None
+        if summary is None:
+            self._walk(file, size, is_mcap=is_mcap)
+            self._drop_loose_messages()
+            if not self._take_statistics():
+                self._survey()
+            return
+        self.is_indexed = True
+        self.schemas, self.channels = summary.schemas, summary.channels
+        self.metadata = summary.metadata
+        for place in summary.chunks:
+            offset, length = place.offset + RECORD.size, place.length - RECORD.size
+            self._counted[offset] = place.messages
+            times = place.start_ns, place.end_ns
+            self.segments.append(Segment(*times, offset, length, True, place.channels))
+        self._adopt(summary.statistics)
+
+    # The walk from record to record, once, when the file is opened
+
+    def _walk(self, file: BinaryIO, size: int, *, is_mcap: bool) -> None:
+        if not is_mcap:
             kind = 'is empty' if size == 0 else 'is not an MCAP file (its first bytes differ)'
             raise RecordingInputError(
                 f'{self.path} {kind}; give a .mcap file or the folder of a bag'
@@ -212,9 +256,10 @@ class McapFile:
         elif opcode == Opcode.MESSAGE:
             self._take_message(file, position, length)
         elif opcode == Opcode.MESSAGE_INDEX:
-            if self.segments:
-                # 2 bytes of channel and 4 of length, then 16 for each message of the chunk
-                self._indexed[self.segments[-1].offset] += max(length - 6, 0) // 16
+            if self.segments and length <= MAX_BYTES:
+                offset = self.segments[-1].offset
+                self._indexed[offset].take(file.read(length))
+                self._counted[offset] = self._indexed[offset].counts.total()
         elif length > MAX_BYTES:
             self._note(f'the record at byte {position} is too large ({length} bytes), ignored')
         else:
@@ -258,15 +303,18 @@ class McapFile:
             start_ns, end_ns = min(last.start_ns, log_time), max(last.end_ns, log_time)
             self.segments[-1] = Segment(start_ns, end_ns, last.offset, end - last.offset, False)
 
-    def _define(self, opcode: int, content: bytes) -> None:
+    def _define(self, opcode: int, content: bytes) -> list[int]:
+        """Take a definition; return the channel that is now known."""
         if opcode == Opcode.SCHEMA:
             schema = self._parse(Schema, content)
             if schema is not None:
                 self.schemas[schema.id] = schema
-        else:
-            channel = self._parse(Channel, content)
-            if channel is not None:
-                self.channels[channel.id] = channel
+            return []
+        channel = self._parse(Channel, content)
+        if channel is None:
+            return []
+        self.channels[channel.id] = channel
+        return [channel.id]
 
     def _parse(self, record: type[RecordType], content: bytes) -> RecordType | None:
         parsed = mcap_records.parse(record, content)
@@ -333,26 +381,44 @@ class McapFile:
         chunks = sum(segment.is_chunk for segment in self.segments)
         if known.chunk_count != chunks or (self._loose and self._loose != known.message_count):
             return False
+        self._adopt(known)
+        return True
+
+    def _adopt(self, known: Statistics) -> None:
         self.counts.update(known.channel_message_counts)
         if known.message_count:
             self.start_ns, self.end_ns = known.message_start_time, known.message_end_time
-        return True
 
     def _survey(self) -> None:
-        """Read every segment once: without a summary, definitions may stand anywhere."""
+        """Count without a summary, reading what is not indexed or may define a channel.
+
+        Only a definition in a chunk has a checksum.
+        """
         ranges: dict[int, tuple[int, int]] = {}
         for number, segment in enumerate(self.segments):
-            messages = self.read(segment)
-            if messages:
+            indexed = self._indexed[segment.offset]
+            if (
+                segment.is_chunk
+                and indexed.fits(segment.start_ns, segment.end_ns)
+                and indexed.counts.keys() <= self._defined
+            ):
+                counts = indexed.counts
+                self.segments[number] = segment._replace(channels=frozenset(counts))
+                extent = segment.start_ns, segment.end_ns
+            else:
+                messages = self.read(segment)
+                counts = Counter(message.channel_id for message in messages)
                 times = [message.log_time_ns for message in messages]
-                self.segments[number] = segment._replace(start_ns=min(times), end_ns=max(times))
-            for message in messages:
-                low, high = ranges.get(message.channel_id, (message.log_time_ns,) * 2)
-                ranges[message.channel_id] = (
-                    min(low, message.log_time_ns),
-                    max(high, message.log_time_ns),
-                )
-                self.counts[message.channel_id] += 1
+                extent = min(times, default=2**64), max(times, default=-1)
+                if messages:
+                    self.segments[number] = segment._replace(
+                        start_ns=extent[0], end_ns=extent[1], channels=frozenset(counts)
+                    )
+            for channel_id in counts:
+                low, high = ranges.get(channel_id, extent)
+                ranges[channel_id] = min(low, extent[0]), max(high, extent[1])
+            self.counts.update(counts)
+        self._indexed.clear()
         # only now is every definition known
         unknown = {i: self.counts.pop(i) for i in ranges if i not in self.channels}
         self.start_ns = min((ranges[i][0] for i in self.counts), default=None)
