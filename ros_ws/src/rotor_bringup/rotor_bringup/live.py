@@ -5,7 +5,6 @@
 import json
 import os
 import signal
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,6 +23,7 @@ from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
@@ -123,13 +123,14 @@ def run_live(
     """
     ros_arguments = ros.namespace_arguments(namespace)
     ros.prepare_environment()
+    remove_leftovers()
     state = RunState(scenario.duration_s)
-    with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
-        os.environ.setdefault('ROS_LOG_DIR', logs)
+    with OwnFolder() as logs, _signals() as received:
+        os.environ.setdefault('ROS_LOG_DIR', str(logs))
         plans = _plans(composed=composed, view=view)
         run_id = new_run_id()
         parameters = node_parameters(scenario, rate, folder, run_id)
-        group = ProcessGroup(plans, parameters, Path(logs), ros_arguments)
+        group = ProcessGroup(plans, parameters, logs, ros_arguments)
         ros.check_domain()
         group.start()
         rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)

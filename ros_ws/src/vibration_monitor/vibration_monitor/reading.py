@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading recordings: whole ones, those of a killed recorder, and damaged ones."""
 
-import shutil
 import struct
-import tempfile
 import weakref
 import zlib
 from collections import Counter
@@ -16,6 +14,7 @@ from rosbags.serde import SerdeError
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import DataError, WireError
+from rotor_interfaces.leftovers import OwnFolder
 from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
@@ -83,8 +82,9 @@ class Recording:
     def _folder(self) -> Path:
         """Return the folder for unpacked files, which goes when the recording goes."""
         if self._unpacked is None:
-            self._unpacked = Path(tempfile.mkdtemp(prefix='rotor-rig-bag-'))
-            weakref.finalize(self, shutil.rmtree, self._unpacked, ignore_errors=True)
+            own = OwnFolder('bag-')
+            self._unpacked = own.path
+            weakref.finalize(self, own.cleanup)
         return self._unpacked
 
     @property

@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.leftovers import remove_leftovers
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import Connection
@@ -264,6 +265,7 @@ def replay(
         topics=tuple(topics or ()),
         wait_for_subscribers_s=wait_for_subscribers_s,
     )
+    remove_leftovers()
     recording = Recording(path)
     nodes: list[ReplayNode] = []
 
