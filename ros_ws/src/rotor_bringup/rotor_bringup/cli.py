@@ -27,6 +27,7 @@ from rotor_bringup.importing.cli import add_command as add_import_command
 from rotor_bringup.out_path import check_file, make_folder
 from rotor_bringup.paper.cli import add_command as add_paper_command
 from rotor_bringup.plain_json import without_nan
+from rotor_bringup.recording_cli import add_commands as add_recording_commands
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -344,3 +345,4 @@ add_baseline_command(app, _print_json)
 add_commands(app, console, _print_json)
 add_import_command(app, console, _print_json)
 add_dataset_command(app, console, _print_json)
+add_recording_commands(app, console, _print_json)

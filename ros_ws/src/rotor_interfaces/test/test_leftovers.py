@@ -141,7 +141,7 @@ from pathlib import Path
 from rotor_interfaces import leftovers
 
 assert not list(Path('/dev/shm').iterdir()), 'not a private one'
-node = ('import rclpy, time; rclpy.init(); rclpy.create_node("a"); '
+node = ('import rclpy, time; rclpy.init(); node = rclpy.create_node("a"); '
         'print("up", flush=True); time.sleep(60)')
 
 def start():

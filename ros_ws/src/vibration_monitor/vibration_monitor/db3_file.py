@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 from rosbags.rosbag2 import Reader
 
+from rotor_interfaces.messages import typestore
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import Connection, Segment
 from vibration_monitor.mcap_records import StoredMessage
@@ -36,6 +37,9 @@ class Db3File:
         self.segments: list[Segment] = []
         self.unread: set[Segment] = set()
         self.is_indexed = False
+        self.lost_bytes = 0
+        self.lost_messages: int | None = 0
+        self._definitions: dict[int, tuple[str, str]] = {}
         self.start_ns: int | None = None
         self.end_ns: int | None = None
         try:
@@ -58,11 +62,19 @@ class Db3File:
                 known.topic, known.msgtype, known.ext.serialization_format, _qos_text(known)
             )
             self.counts[known.id] = known.msgcount
+            self._definitions[known.id] = _definition(known)
         if self.counts.total():
             self.start_ns, self.end_ns = bag.start_time, bag.end_time - 1
             self.segments.append(
                 Segment(self.start_ns, self.end_ns, 0, self.path.stat().st_size, is_chunk=False)
             )
+
+    def definition(self, channel_id: int) -> tuple[tuple[str, str, bytes], dict[str, str]]:
+        """Return name, encoding and text of a topic's type, and what MCAP keeps of a channel."""
+        connection = self.connections[channel_id]
+        text, type_hash = self._definitions[channel_id]
+        metadata = {'offered_qos_profiles': connection.qos_profiles, 'topic_type_hash': type_hash}
+        return (connection.type, 'ros2msg', text.encode()), metadata
 
     def ordered(self, segment: Segment, begin_ns: int = -1) -> Iterator[StoredMessage]:
         """Yield the messages from `begin_ns` on by log time; SQLite bags know no other time."""
@@ -110,9 +122,21 @@ class Db3File:
 
     def _give_up(self, segment: Segment, error: Exception) -> None:
         self.unread.add(segment)
+        self.lost_messages = None
         sentence = f'{self.path.name}: it is damaged, so the rest is left out ({error})'
         if sentence not in self.damage:
             self.damage.append(sentence)
+
+
+def _definition(known: Any) -> tuple[str, str]:
+    """Return text and hash of a type: of the bag, else of the contract, else empty."""
+    text, type_hash = str(known.msgdef.data), str(known.digest)
+    try:
+        text = text or typestore().generate_msgdef(known.msgtype, ros_version=2)[0]
+        type_hash = type_hash or typestore().hash_rihs01(known.msgtype)
+    except (KeyError, ValueError):
+        pass
+    return text, type_hash
 
 
 def _qos_text(known: Any) -> str:

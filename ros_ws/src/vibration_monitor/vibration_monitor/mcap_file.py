@@ -66,7 +66,8 @@ class McapFile:
     `damage` holds one sentence for each thing lost; it can grow while segments are read.
     `counts` (messages by channel), `start_ns` and `end_ns` come from the summary of a whole
     file, else from the indices of the messages or the messages themselves. `is_indexed` says that
-    a checksum vouches for the `channels` of all segments.
+    a checksum vouches for the `channels` of all segments. `lost_bytes`, and `lost_messages` (None:
+    nobody knows), are what was left out so far.
 
     Raises:
         RecordingInputError: not readable, not MCAP, or damaged with no whole message left.
@@ -85,6 +86,8 @@ class McapFile:
         self.end_ns: int | None = None
         self.unread: set[Segment] = set()
         self.is_indexed = False
+        self.lost_bytes = 0
+        self.lost_messages: int | None = 0
         self._indexed: defaultdict[int, MessageIndices] = defaultdict(MessageIndices)
         self._counted: Counter[int] = Counter()
         self._defined: set[int] = set()
@@ -121,6 +124,13 @@ class McapFile:
             channel.metadata.get('offered_qos_profiles', ''),
         )
 
+    def definition(self, channel_id: int) -> tuple[tuple[str, str, bytes], dict[str, str]]:
+        """Return name, encoding and data of a channel's schema, and the channel's metadata."""
+        channel = self.channels[channel_id]
+        schema = self.schemas.get(channel.schema_id)
+        known = (schema.name, schema.encoding, schema.data) if schema else ('', '', b'')
+        return known, channel.metadata
+
     def ordered(self, segment: Segment, begin_ns: int = -1) -> Iterator[StoredMessage]:  # noqa: ARG002
         """Yield the messages of a segment by log time, and in file order where it is equal.
 
@@ -153,7 +163,12 @@ class McapFile:
         except DamageError as damage:
             self.unread.add(segment)
             kind = 'chunk' if segment.is_chunk else 'run of messages'
+            self.lost_bytes += segment.length
             count = self._counted[segment.offset] or 'uncounted'
+            if self.lost_messages is not None and count != 'uncounted':
+                self.lost_messages += int(count)
+            else:
+                self.lost_messages = None
             self._note(
                 f'the {kind} at byte {segment.offset} is damaged ({damage}), so its {count} '
                 'messages are left out'
@@ -232,12 +247,16 @@ class McapFile:
             later = bisect_right(places, position)
             if later == len(places):
                 broken = size - position
+                self.lost_bytes += broken
+                self.lost_messages = None
                 self._note(
                     f'it was not finalised, or is cut, at byte {position}'
                     + (f'; the {broken} bytes of a broken record there are left out' * bool(broken))
                 )
                 return
             self._note(f'bytes {position} to {places[later]} are damaged and left out')
+            self.lost_bytes += places[later] - position
+            self.lost_messages = None
             position = places[later]
             self._is_data_over = position == places[-1]  # where the summary begins
         self._check_end(file, position, size)

@@ -63,6 +63,7 @@ class StoredMessage(NamedTuple):
     log_time_ns: int
     publish_time_ns: int
     data: bytes
+    sequence: int = 0
 
 
 class ChunkPlace(NamedTuple):
@@ -149,8 +150,8 @@ def message(content: bytes) -> StoredMessage:
     """Return the message of a record; raises DamageError if it has no whole head."""
     if len(content) < MESSAGE.size:
         raise DamageError('one of its messages is shorter than a message head')
-    channel_id, _, log_time_ns, publish_time_ns = MESSAGE.unpack_from(content)
-    return StoredMessage(channel_id, log_time_ns, publish_time_ns, content[MESSAGE.size :])
+    channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(content)
+    return StoredMessage(channel_id, log_ns, publish_ns, content[MESSAGE.size :], sequence)
 
 
 def compression_of(content: bytes) -> str:

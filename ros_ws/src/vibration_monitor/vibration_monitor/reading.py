@@ -100,6 +100,11 @@ class Recording:
         ]
 
     @property
+    def files(self) -> Sequence[seeking.BagFile]:
+        """The files of the recording in their order."""
+        return self._files
+
+    @property
     def start_ns(self) -> int | None:
         """Log time of the earliest message in ns, None without messages."""
         return min((f.start_ns for f in self._files if f.start_ns is not None), default=None)
