@@ -16,8 +16,9 @@ from rotor_interfaces import topics
 from rotor_interfaces.messages import NANOSECONDS, typestore
 from vibration_monitor import replay
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import McapFile, Segment
+from vibration_monitor.mcap_file import McapFile
 from vibration_monitor.mcap_records import StoredMessage
+from vibration_monitor.mcap_walk import Segment
 from vibration_monitor.reading import RecordedMessage, Recording
 from vibration_monitor.recording import RecordingWriter
 

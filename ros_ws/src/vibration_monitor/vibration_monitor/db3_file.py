@@ -14,8 +14,8 @@ from rosbags.rosbag2 import Reader
 
 from rotor_interfaces.messages import typestore
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection, Segment
 from vibration_monitor.mcap_records import StoredMessage
+from vibration_monitor.mcap_walk import Connection, Segment
 
 MAGIC = b'SQLite format 3\0'
 

@@ -20,8 +20,8 @@ from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
 from vibration_monitor import bag_folder, seeking
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection
 from vibration_monitor.mcap_records import DamageError, unpack_message
+from vibration_monitor.mcap_walk import Connection
 
 ACTIVE_SUFFIX = '.active'
 """Ends the name of a file that its recorder has not finalised."""
@@ -190,8 +190,7 @@ class Recording:
         known = self.topics()
         connections = [file.connections for file in self._files]
         left_out: Counter[str] = Counter()
-        begin_ns = -1 if start_ns is None else start_ns
-        wanted = self._channels(topics)
+        wanted, begin_ns = self._channels(topics), -1 if start_ns is None else start_ns
         for number, message in seeking.ordered(self._files, wanted, begin_ns):
             connection = connections[number].get(message.channel_id)
             if connection is None or (topics is not None and connection.topic not in topics):
@@ -212,26 +211,21 @@ class Recording:
             )
 
     def last_before(self, topics: Collection[str], time_ns: int) -> list[RecordedMessage]:
-        """Return the last message of each of these topics before a log time in ns, by log time.
-
-        It is found from there backwards, so that little is read.
-        """
-        known = self.topics()
+        """Return the last message of each of these topics before a log time in ns, by log time."""
+        known = {name: connection[:3] for name, connection in self.topics().items()}
         names = {
             (number, channel): connection.topic
             for number, file in enumerate(self._files)
             for channel, connection in file.connections.items()
-            if connection.topic in topics
-            and (connection.type, connection.encoding)
-            == (known[connection.topic].type, known[connection.topic].encoding)
+            if connection.topic in topics and connection[:3] == known[connection.topic]
         }
         found = []
         for name, (_, message) in seeking.last_before(self._files, names, time_ns).items():
             try:
-                data = _usable(message.data, known[name], known[name])
+                data = unpack_message(message.data) if known[name][2] == 'cdr' else message.data
             except DamageError:
                 continue  # counted when all messages are read
-            found.append(RecordedMessage(name, known[name].type, data, *message[1:3]))
+            found.append(RecordedMessage(name, known[name][1], data, *message[1:3]))
         return sorted(found, key=lambda message: message.log_time_ns)
 
     def start_of_replay(

@@ -17,8 +17,9 @@ from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.plain_data import parse_yaml
 from vibration_monitor.bag_folder import METADATA_FILE
 from vibration_monitor.errors import RecordingError
-from vibration_monitor.mcap_file import Connection, McapFile
+from vibration_monitor.mcap_file import McapFile
 from vibration_monitor.mcap_records import DamageError, StoredMessage, unpack_message
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import Recording
 from vibration_monitor.recording import (
     CHUNK_BYTES,

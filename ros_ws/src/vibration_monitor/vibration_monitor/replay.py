@@ -14,7 +14,7 @@ from rotor_interfaces.errors import DataError
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.plain_data import parse_yaml
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import RecordedMessage, Recording, require_cdr
 
 MAX_BACKLOG_S = 1.0

@@ -19,7 +19,7 @@ from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.leftovers import remove_leftovers
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import RecordedMessage, Recording
 from vibration_monitor.replay import (
     HOLE_S,

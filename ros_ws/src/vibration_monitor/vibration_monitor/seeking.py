@@ -7,8 +7,9 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 
 from vibration_monitor.db3_file import Db3File
-from vibration_monitor.mcap_file import McapFile, Segment
+from vibration_monitor.mcap_file import McapFile
 from vibration_monitor.mcap_records import StoredMessage
+from vibration_monitor.mcap_walk import Segment
 
 BagFile = McapFile | Db3File
 Channels = Sequence[frozenset[int]]
