@@ -35,7 +35,7 @@ def write(path: Path, seconds: int) -> Path:
             rows['sample'] = index
             rows['time'] = np.arange(ROWS) / RATE_HZ
             rows['angle'] = angle = SPEED_RAD_S * index / RATE_HZ
-            for number, name in enumerate(WAVEFORM_DTYPE.names[3:]):
+            for number, name in enumerate((WAVEFORM_DTYPE.names or ())[3:]):
                 rows[name] = 1e-6 * (np.cos(angle + number) + 0.1 * np.cos(2 * angle))
             stamp_ns = sample_stamp_ns(EPOCH_NS, first, RATE_HZ)
             data = to_cdr(encode(WaveformBlock(stamp_ns, rows), OFFLINE))
