@@ -5,10 +5,14 @@
 import csv
 import json
 import math
-from collections.abc import Iterator
+import os
+import textwrap
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -38,25 +42,15 @@ HIGHLIGHTS = (
 class Analysis:
     """What the monitor said about one recording; `damage` are sentences about what is missing.
 
-    `samples` is there where no window is valid.
+    `highlights` are name, median and largest value over the valid windows (SI units); `samples`
+    is there where no window is valid.
     """
 
-    records: list[IndicatorRecord]
     state: RunState
     damage: list[str]
     lost_samples: int
+    highlights: list[tuple[str, float, float]]
     samples: SampleStatistics | None = None
-
-    def highlights(self) -> Iterator[tuple[str, float, float]]:
-        """Yield name, median and largest value over the valid windows (SI units)."""
-        names = self.records[0].names if self.records else ()
-        channel = shown_channel(names)
-        for name in ('speed_rad_s', 'load_factor', *(f'{channel}/{kind}' for kind in HIGHLIGHTS)):
-            values = np.array([dict(zip(r.names, r.values, strict=True)).get(name, math.nan)
-                               for r in self.records if r.valid])  # fmt: skip
-            values = values[np.isfinite(values)]
-            if values.size:
-                yield name, float(np.median(values)), float(values.max())
 
     def summary(self) -> dict[str, Any]:
         """Return the summary for --json."""
@@ -67,20 +61,54 @@ class Analysis:
             'damage': self.damage,
             'indicators': {
                 name: {'median': median, 'largest': largest}
-                for name, median, largest in self.highlights()
+                for name, median, largest in self.highlights
             },
             **({'no_window': short.reason, 'sample_statistics': short.as_dict()} if short else {}),
         }
 
 
-def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis:
-    """Run the monitor, configured as in the recorded run, over a recording.
+class _Highlights:
+    """The values over the valid windows of what `Analysis.highlights` tells, and nothing else.
+
+    These are a hundred bytes a window, so that medians stay exact in a recording of any length.
+    """
+
+    def __init__(self) -> None:
+        self._values: dict[str, array[float]] | None = None
+
+    def take(self, record: IndicatorRecord) -> None:
+        """Take the next window; the first one decides which channel is shown."""
+        if self._values is None:
+            channel = shown_channel(record.names)
+            shown = ('speed_rad_s', 'load_factor', *(f'{channel}/{kind}' for kind in HIGHLIGHTS))
+            self._values = {name: array('d') for name in shown}
+        if not record.valid:
+            return
+        found = record.indicators()
+        for name, values in self._values.items():
+            if math.isfinite(value := found.get(name, math.nan)):
+                values.append(value)
+
+    def result(self) -> Iterator[tuple[str, float, float]]:
+        """Yield name, median and largest value of all that had a value."""
+        for name, values in (self._values or {}).items():
+            if values:
+                yield name, float(np.median(values)), max(values)
+
+
+def analyze_recording(
+    path: Path,
+    waveform_topic: str | None = None,
+    on_window: Callable[[IndicatorRecord], None] | None = None,
+) -> Analysis:
+    """Run the monitor, configured as in the recorded run, over a recording of any length.
 
     Times are those of the samples: they count from the first sample of the run in the recording.
 
     Args:
         path: folder of a bag or a file of one.
         waveform_topic: full name of the waveform; None: `rotor/waveform` of the one rig there.
+        on_window: takes every window as it comes; none is kept.
 
     Raises:
         RecordingError: not a recording, or no `rotor/waveform` in it.
@@ -96,7 +124,9 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
     state = RunState(0.0)
     start_ns = None
     runs = 0
-    records = []
+    highlights = _Highlights()
+    fault = ''
+    is_any_valid = False
     for block, windows in analyze_blocks(recording, monitor):
         first_ns, end_ns = _span_ns(block)
         status = monitor.status()
@@ -104,7 +134,11 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
             start_ns, runs = first_ns, int(status['restarts [1]'])
         for window in windows:
             state.take_record(window, (window.stamp_ns - start_ns) / NANOSECONDS)
-            records.append(window)
+            highlights.take(window)
+            is_any_valid |= window.valid
+            fault = window.reason
+            if on_window is not None:
+                on_window(window)
         state.advance((end_ns - start_ns) / NANOSECONDS)
     if start_ns is None:
         reasons = '; '.join(recording.damage) or 'its topic is empty'
@@ -115,12 +149,11 @@ def analyze_recording(path: Path, waveform_topic: str | None = None) -> Analysis
             'from its first sample'
         )
     samples = None
-    if not any(record.valid for record in records):
-        fault = records[-1].reason if records else str(monitor.status()['last fault'])
+    if not is_any_valid:
+        fault = fault if state.windows else str(monitor.status()['last fault'])
         samples = sample_statistics(path, monitor.config, fault, waveform_topic)
-    return Analysis(
-        records, state, list(recording.damage), int(monitor.status()['lost samples [1]']), samples
-    )
+    lost_samples = int(monitor.status()['lost samples [1]'])
+    return Analysis(state, list(recording.damage), lost_samples, [*highlights.result()], samples)
 
 
 def _span_ns(block: WaveformBlock) -> tuple[int, int]:
@@ -136,8 +169,12 @@ def check_windows_path(path: Path) -> None:
     check_file(path, _WRITERS)
 
 
-def save_windows(analysis: Analysis, path: Path) -> None:
-    """Write every window to `path`: .json, or .csv with one row a window; NaN is null or empty.
+@contextmanager
+def windows_file(path: Path) -> Iterator[Callable[[IndicatorRecord], None]]:
+    """Write every window that the given function takes: .json, or .csv with one row a window.
+
+    NaN is null or empty. The file gets its name when all is written; before and after an error
+    there is none, or the old one.
 
     Raises:
         ConfigError: another ending, or a folder that is not there.
@@ -145,38 +182,98 @@ def save_windows(analysis: Analysis, path: Path) -> None:
 
     """
     check_windows_path(path)
+    unfinished = path.with_name(f'{path.name}.{os.getpid()}.tmp')
     try:
-        _WRITERS[path.suffix](analysis, path)
+        with _refused(path):
+            file = unfinished.open('w', newline='', encoding='utf-8')
+        with file:
+            writer = _WRITERS[path.suffix](file)
+
+            def take(record: IndicatorRecord) -> None:
+                with _refused(path):
+                    writer.take(record)
+
+            yield take
+            with _refused(path):
+                writer.finish()
+                file.flush()
+        with _refused(path):
+            unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Say which file it is that the system does not let us write."""
+    try:
+        yield
     except OSError as error:
         raise ScenarioError(f'--out {path} cannot be written: {error.strerror}') from None
 
 
-def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
-    for record in analysis.records:
-        yield {
-            'window': record.window,
-            'first_sample': record.first_sample,
-            'last_sample': record.last_sample,
-            'stamp_ns': record.stamp_ns,
-            'valid': record.valid,
-            'alarm': record.alarm.level.name,
-            **{
-                name: value if math.isfinite(value) else None
-                for name, value in zip(record.names, record.values.tolist(), strict=True)
-            },
-        }
+def _row(record: IndicatorRecord) -> dict[str, Any]:
+    return {
+        'window': record.window,
+        'first_sample': record.first_sample,
+        'last_sample': record.last_sample,
+        'stamp_ns': record.stamp_ns,
+        'valid': record.valid,
+        'alarm': record.alarm.level.name,
+        **{
+            name: value if math.isfinite(value) else None
+            for name, value in record.indicators().items()
+        },
+    }
 
 
-def _write_json(analysis: Analysis, path: Path) -> None:
-    path.write_text(json.dumps(list(_rows(analysis)), indent=1), 'utf-8')
+class _JsonWriter:
+    """A list of mappings, one a window."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+        self._between = '['
+
+    def take(self, record: IndicatorRecord) -> None:
+        """Write the next window."""
+        text = textwrap.indent(json.dumps(_row(record), indent=1), ' ')
+        self._file.write(f'{self._between}\n{text}')
+        self._between = ','
+
+    def finish(self) -> None:
+        """End the list."""
+        self._file.write('[]' if self._between == '[' else '\n]')
 
 
-def _write_csv(analysis: Analysis, path: Path) -> None:
-    with path.open('w', newline='', encoding='utf-8') as file:
-        rows = list(_rows(analysis))
-        writer = csv.DictWriter(file, list(rows[0]) if rows else ['window'])
-        writer.writeheader()
-        writer.writerows(rows)
+class _CsvWriter:
+    """One row a window, below the names of the first."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+        self._writer: csv.DictWriter[str] | None = None
+
+    def take(self, record: IndicatorRecord) -> None:
+        """Write the next window."""
+        row = _row(record)
+        if self._writer is None:
+            self._begin(list(row))
+        assert self._writer is not None  # noqa: S101 - for mypy: just begun
+        try:
+            self._writer.writerow(row)
+        except ValueError:
+            raise ScenarioError(
+                f'--out: window {record.window} has other indicators than the first, which one '
+                'table cannot hold; write .json instead'
+            ) from None
+
+    def _begin(self, names: list[str]) -> None:
+        self._writer = csv.DictWriter(self._file, names)
+        self._writer.writeheader()
+
+    def finish(self) -> None:
+        """Write the head of a table without rows."""
+        if self._writer is None:
+            self._begin(['window'])
 
 
-_WRITERS = {'.json': _write_json, '.csv': _write_csv}
+_WRITERS: dict[str, type[_JsonWriter | _CsvWriter]] = {'.json': _JsonWriter, '.csv': _CsvWriter}

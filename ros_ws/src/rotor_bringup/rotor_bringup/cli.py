@@ -7,6 +7,7 @@ import math
 import shlex
 import sys
 from collections.abc import Iterable
+from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,6 +27,7 @@ from rotor_bringup.importing.cli import add_command as add_import_command
 from rotor_bringup.out_path import check_file, make_folder
 from rotor_bringup.paper.cli import add_command as add_paper_command
 from rotor_bringup.plain_json import without_nan
+from rotor_bringup.recording_cli import add_commands as add_recording_commands
 from rotor_bringup.scenario import (
     DEFAULT_SCENARIO,
     Scenario,
@@ -211,21 +213,18 @@ def analyze(
     as_json: JsonOption = False,
 ) -> None:
     """Run the monitor over a recording: the same indicators as live."""
-    from rotor_bringup.analysis import analyze_recording, check_windows_path, save_windows
+    from rotor_bringup.analysis import analyze_recording, windows_file
 
-    if out is not None:
-        check_windows_path(out)
-    analysis = analyze_recording(file, waveform_topic)
-    if out is not None:
-        save_windows(analysis, out)
+    with nullcontext() if out is None else windows_file(out) as on_window:
+        analysis = analyze_recording(file, waveform_topic, on_window)
     _warn(analysis.damage)
     if as_json:
         _print_json(analysis.summary())
         return
     if analysis.samples is None:
-        title = f'{len(analysis.records)} windows'
+        title = f'{analysis.state.windows} windows'
         table = folding_table('indicator', 'median', 'largest', title=title)
-        for name, median, largest in analysis.highlights():
+        for name, median, largest in analysis.highlights:
             table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
         Console().print(table)
     else:
@@ -353,3 +352,4 @@ add_baseline_command(app, _print_json)
 add_commands(app, console, _print_json)
 add_import_command(app, console, _print_json)
 add_dataset_command(app, console, _print_json)
+add_recording_commands(app, console, _print_json)

@@ -4,7 +4,6 @@
 
 import json
 import signal
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import dds, messages, ros, topics
+from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
@@ -120,16 +120,13 @@ def run_live(
 
     """
     ros_arguments = ros.namespace_arguments(namespace)
+    remove_leftovers()
     state = RunState(scenario.duration_s)
     plans = _plans(composed=composed, view=view)
     run_id = new_run_id()
-    with (
-        dds.environment(),
-        tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs,
-        _signals() as received,
-    ):
+    with dds.environment(), OwnFolder() as logs, _signals() as received:
         parameters = node_parameters(scenario, rate, folder, run_id)
-        group = ProcessGroup(plans, parameters, Path(logs), ros_arguments)
+        group = ProcessGroup(plans, parameters, logs, ros_arguments)
         dds.require_loadable(len(plans) + 1)
         group.start()
         ros.initialise(ros_arguments)

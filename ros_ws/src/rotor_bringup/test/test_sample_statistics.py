@@ -63,7 +63,7 @@ def test_the_statistics_of_a_sine_and_of_noise(short: Analysis) -> None:
 def test_the_reason_is_said_and_nothing_is_judged(short: Analysis) -> None:
     assert short.samples is not None
     assert short.samples.reason == 'the shaft turns 40.0 times, and a window takes 64 revolutions'
-    assert not short.records
+    assert not short.state.windows
     assert short.state.verdict == 'STALE'
 
 
@@ -87,6 +87,6 @@ def test_without_an_angle_the_samples_still_speak(tmp_path: Path) -> None:
 def test_a_window_makes_the_statistics_of_all_samples_superfluous(tmp_path: Path) -> None:
     angle = 2 * np.pi * 60.0 * np.arange(COUNT) / RATE_HZ
     found = analyzed(tmp_path, [np.cos(angle)], 60.0)
-    assert len(found.records) == 1
+    assert found.state.windows == 1
     assert found.samples is None
     assert 'no_window' not in found.summary()

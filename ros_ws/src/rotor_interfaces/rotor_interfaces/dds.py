@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.leftovers import OwnFolder
 
 HIGHEST_DOMAIN = 232
 RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
@@ -93,8 +94,7 @@ def environment() -> Iterator[None]:
     require_loadable()
     with contextlib.ExitStack() as stack:
         if not os.environ.get('ROS_LOG_DIR'):
-            logs = stack.enter_context(tempfile.TemporaryDirectory(prefix='rotor-rig-log-'))
-            os.environ['ROS_LOG_DIR'] = logs
+            os.environ['ROS_LOG_DIR'] = str(stack.enter_context(OwnFolder('log-')))
             stack.callback(os.environ.pop, 'ROS_LOG_DIR', None)
         yield
 

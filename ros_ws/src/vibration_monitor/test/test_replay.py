@@ -17,7 +17,7 @@ from rotor_interfaces import topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.topics import Topic
 from vibration_monitor.errors import RecordingError
-from vibration_monitor.mcap_file import Connection
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import Recording
 from vibration_monitor.recording import RecordingWriter, qos_profiles
 from vibration_monitor.replay import (

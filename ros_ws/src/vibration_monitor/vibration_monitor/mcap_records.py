@@ -9,6 +9,7 @@ import io
 import os
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Iterator
 from typing import BinaryIO, NamedTuple, TypeVar
 
@@ -17,7 +18,16 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
+from mcap.records import (
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 from mcap.writer import MCAP0_MAGIC
 
 MAX_BYTES = 128 * 2**20
@@ -27,12 +37,18 @@ RECORD = struct.Struct('<BQ')  # opcode, length of the content
 MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
 CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, checksum, length of a name
 INDEX = struct.Struct('<QQQ')  # of a chunk: start, end, offset
+MESSAGE_INDEX_BYTES = RECORD.size + 6  # channel, and length of the list of entries
+ENTRY_BYTES = 16  # log time and place of a message in its chunk
+_INDEX_HEAD = struct.Struct('<HI')
+_ENTRY = struct.Struct('<QQ')
+_CHUNK_INDEX = struct.Struct('<QQQQI')  # start, end, offset, length, bytes of a map
+_OFFSET = struct.Struct('<HQ')  # channel, place of its message index
 _U64 = struct.Struct('<Q')
 FOOTER_BYTES = RECORD.size + 20
 _PIECE_BYTES = 2**20
 
 RecordType = TypeVar(
-    'RecordType', Schema, Channel, ChunkIndex, DataEnd, Footer, Metadata, Statistics
+    'RecordType', Schema, Channel, ChunkIndex, DataEnd, Footer, Metadata, MetadataIndex, Statistics
 )
 
 
@@ -47,6 +63,44 @@ class StoredMessage(NamedTuple):
     log_time_ns: int
     publish_time_ns: int
     data: bytes
+    sequence: int = 0
+
+
+class ChunkPlace(NamedTuple):
+    """What the summary says of a chunk: log times in ns, bytes, channels, number of messages."""
+
+    start_ns: int
+    end_ns: int
+    offset: int
+    length: int
+    channels: frozenset[int]
+    messages: int
+
+
+class MessageIndices:
+    """What the message indices after one chunk say of it."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[int] = Counter()
+        self.start_ns, self.end_ns = 2**64, -1
+        self.is_sound = True
+
+    def take(self, content: bytes) -> None:
+        """Take the next one: channel, then log time and place of each message."""
+        entries = (len(content) - _INDEX_HEAD.size) // ENTRY_BYTES
+        if entries < 1 or len(content) != _INDEX_HEAD.size + entries * ENTRY_BYTES:
+            self.is_sound = self.is_sound and len(content) == _INDEX_HEAD.size
+            return
+        channel_id, _ = _INDEX_HEAD.unpack_from(content)
+        times = [time_ns for time_ns, _ in _ENTRY.iter_unpack(content[_INDEX_HEAD.size :])]
+        self.is_sound = self.is_sound and channel_id not in self.counts
+        self.counts[channel_id] += entries
+        self.start_ns = min(self.start_ns, *times)
+        self.end_ns = max(self.end_ns, *times)
+
+    def fits(self, start_ns: int, end_ns: int) -> bool:
+        """Say whether they agree with the head of the chunk: neither has a checksum."""
+        return self.is_sound and (self.start_ns, self.end_ns) == (start_ns, end_ns)
 
 
 class DamageError(Exception):
@@ -76,12 +130,28 @@ def records(content: bytes) -> Iterator[tuple[int, bytes]]:
         yield opcode, content[start:position]
 
 
+def chunk_place(content: bytes) -> ChunkPlace:
+    """Return what a chunk index says; raises DamageError where it is cut.
+
+    By hand, since an hour has 20 000 of them and a library's object for each takes its time.
+    """
+    try:
+        start_ns, end_ns, offset, length, size = _CHUNK_INDEX.unpack_from(content)
+        end = _CHUNK_INDEX.size + size
+        channels = [number for number, _ in _OFFSET.iter_unpack(content[_CHUNK_INDEX.size : end])]
+        (index_bytes,) = _U64.unpack_from(content, end)
+    except struct.error:
+        raise DamageError('an index of a chunk is cut') from None
+    count = (index_bytes - len(channels) * MESSAGE_INDEX_BYTES) // ENTRY_BYTES
+    return ChunkPlace(start_ns, end_ns, offset, length, frozenset(channels), count)
+
+
 def message(content: bytes) -> StoredMessage:
     """Return the message of a record; raises DamageError if it has no whole head."""
     if len(content) < MESSAGE.size:
         raise DamageError('one of its messages is shorter than a message head')
-    channel_id, _, log_time_ns, publish_time_ns = MESSAGE.unpack_from(content)
-    return StoredMessage(channel_id, log_time_ns, publish_time_ns, content[MESSAGE.size :])
+    channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(content)
+    return StoredMessage(channel_id, log_ns, publish_ns, content[MESSAGE.size :], sequence)
 
 
 def compression_of(content: bytes) -> str:
@@ -99,7 +169,10 @@ def unpack_message(data: bytes) -> bytes:
     name = compression_of(data)
     if not name:
         return data
-    size = zstandard.frame_content_size(data) if name == 'zstd' else -1
+    try:
+        size = zstandard.frame_content_size(data) if name == 'zstd' else -1
+    except zstandard.ZstdError:
+        raise DamageError('it cannot be unpacked') from None
     return _decompress(name, data, MAX_BYTES if size < 0 else size)
 
 

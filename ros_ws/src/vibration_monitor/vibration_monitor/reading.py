@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading recordings: whole ones, those of a killed recorder, and damaged ones."""
 
-import heapq
-import shutil
 import struct
-import tempfile
 import weakref
 import zlib
 from collections import Counter
@@ -17,14 +14,14 @@ from rosbags.serde import SerdeError
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import DataError, WireError
+from rotor_interfaces.leftovers import OwnFolder
 from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
-from vibration_monitor import bag_folder
-from vibration_monitor.db3_file import Db3File
+from vibration_monitor import bag_folder, seeking
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection, McapFile, Segment
-from vibration_monitor.mcap_records import DamageError, StoredMessage, unpack_message
+from vibration_monitor.mcap_records import DamageError, unpack_message
+from vibration_monitor.mcap_walk import Connection
 
 ACTIVE_SUFFIX = '.active'
 """Ends the name of a file that its recorder has not finalised."""
@@ -46,10 +43,6 @@ class RecordedMessage(NamedTuple):
     publish_time_ns: int
 
 
-_Head = tuple[int, int, int, int, StoredMessage, Iterator[tuple[int, StoredMessage]]]
-"""Next message of an open segment: log time, file, offset, index, message, those after it."""
-
-
 class Recording:
     """A recording: the folder of a bag, a `.mcap` or `.db3` file, or a killed recorder's `.active`.
 
@@ -68,7 +61,7 @@ class Recording:
         self.path = Path(path)
         self._damage: list[str] = []
         self._left_out: dict[str, tuple[int, str]] = {}
-        self._files: list[McapFile | Db3File] = []
+        self._files: list[seeking.BagFile] = []
         self._unpacked: Path | None = None
         failures: list[RecordingInputError] = []
         for file in bag_folder.bag_files(self.path, self.note):
@@ -89,8 +82,9 @@ class Recording:
     def _folder(self) -> Path:
         """Return the folder for unpacked files, which goes when the recording goes."""
         if self._unpacked is None:
-            self._unpacked = Path(tempfile.mkdtemp(prefix='rotor-rig-bag-'))
-            weakref.finalize(self, shutil.rmtree, self._unpacked, ignore_errors=True)
+            own = OwnFolder('bag-')
+            self._unpacked = own.path
+            weakref.finalize(self, own.cleanup)
         return self._unpacked
 
     @property
@@ -104,6 +98,11 @@ class Recording:
                 for what, (count, reason) in self._left_out.items()
             ),
         ]
+
+    @property
+    def files(self) -> Sequence[seeking.BagFile]:
+        """The files of the recording in their order."""
+        return self._files
 
     @property
     def start_ns(self) -> int | None:
@@ -191,7 +190,8 @@ class Recording:
         known = self.topics()
         connections = [file.connections for file in self._files]
         left_out: Counter[str] = Counter()
-        for number, message in self._ordered(start_ns):
+        wanted, begin_ns = self._channels(topics), -1 if start_ns is None else start_ns
+        for number, message in seeking.ordered(self._files, wanted, begin_ns):
             connection = connections[number].get(message.channel_id)
             if connection is None or (topics is not None and connection.topic not in topics):
                 continue
@@ -210,24 +210,40 @@ class Recording:
                 f'({"; ".join(self.damage)})'
             )
 
-    def _ordered(self, start_ns: int | None) -> Iterator[tuple[int, StoredMessage]]:
-        """Yield (number of the file, message), holding only the segments that overlap in time."""
-        begin = -1 if start_ns is None else start_ns
-        wanted: list[tuple[int, int, int, Segment]] = sorted(
-            (segment.start_ns, number, segment.offset, segment)
+    def last_before(self, topics: Collection[str], time_ns: int) -> list[RecordedMessage]:
+        """Return the last message of each of these topics before a log time in ns, by log time."""
+        known = {name: connection[:3] for name, connection in self.topics().items()}
+        names = {
+            (number, channel): connection.topic
             for number, file in enumerate(self._files)
-            for segment in file.segments
-            if segment.end_ns >= begin
-        )
-        waiting: list[_Head] = []
-        for start, number, offset, segment in wanted:
-            while waiting and waiting[0][:3] < (start, number, offset):
-                yield _popped(waiting)
-            ordered = self._files[number].ordered(segment)
-            rest = enumerate(message for message in ordered if message.log_time_ns >= begin)
-            _push(waiting, number, offset, rest)
-        while waiting:
-            yield _popped(waiting)
+            for channel, connection in file.connections.items()
+            if connection.topic in topics and connection[:3] == known[connection.topic]
+        }
+        found = []
+        for name, (_, message) in seeking.last_before(self._files, names, time_ns).items():
+            try:
+                data = unpack_message(message.data) if known[name][2] == 'cdr' else message.data
+            except DamageError:
+                continue  # counted when all messages are read
+            found.append(RecordedMessage(name, known[name][1], data, *message[1:3]))
+        return sorted(found, key=lambda message: message.log_time_ns)
+
+    def start_of_replay(
+        self, topics: Collection[str] | None, start_ns: int, hole_ns: int
+    ) -> tuple[int | None, int]:
+        """Return where a replay of these topics begins, see `seeking.start_of_replay`."""
+        return seeking.start_of_replay(self._files, self._channels(topics), start_ns, hole_ns)
+
+    def _channels(self, topics: Collection[str] | None) -> list[frozenset[int]]:
+        """Return the channels of these topics (None: all) in each file."""
+        return [
+            frozenset(
+                number
+                for number, connection in file.connections.items()
+                if topics is None or connection.topic in topics
+            )
+            for file in self._files
+        ]
 
     def config(self) -> dict[str, Any] | None:
         """Return the configuration of the recorded run, None if the recording has none.
@@ -382,18 +398,3 @@ def _usable(data: bytes, connection: Connection, known: Connection) -> bytes:
             f'{known.encoding}'
         )
     return unpack_message(data) if connection.encoding == 'cdr' else data
-
-
-def _push(
-    waiting: list[_Head], number: int, offset: int, rest: Iterator[tuple[int, StoredMessage]]
-) -> None:
-    """Let the next message of a segment wait for its turn."""
-    for index, message in rest:
-        heapq.heappush(waiting, (message.log_time_ns, number, offset, index, message, rest))
-        return
-
-
-def _popped(waiting: list[_Head]) -> tuple[int, StoredMessage]:
-    _, number, offset, _, message, rest = heapq.heappop(waiting)
-    _push(waiting, number, offset, rest)
-    return number, message

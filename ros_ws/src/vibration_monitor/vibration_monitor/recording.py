@@ -8,10 +8,10 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn, Self
+from typing import Any, BinaryIO, NamedTuple, NoReturn, Self
 
 import yaml
 from mcap.writer import CompressionType, Writer
@@ -82,7 +82,7 @@ class RecordingWriter:
             _refuse(self._active, error)
         compression = CompressionType.LZ4 if compress else CompressionType.NONE
         self._writer = Writer(self._file, CHUNK_BYTES, compression)
-        self._writer.start('ros2', f'rotor-rig {_version()}')
+        self._writer.start('ros2', f'rotor-rig {version()}')
         if config is not None:
             self.add_config(json.dumps(config))
 
@@ -153,7 +153,7 @@ class RecordingWriter:
             schema_id,
             {
                 # rosbags yields no message of a bag whose two QoS texts differ
-                'offered_qos_profiles': _yaml(qos_profiles(topic)).strip(),
+                'offered_qos_profiles': yaml_text(qos_profiles(topic)).strip(),
                 'topic_type_hash': typestore().hash_rihs01(topic.type),
             },
         )
@@ -206,8 +206,8 @@ class RecordingWriter:
             self._file.close()
             self._active.rename(self.path)
             if self._is_bag:
-                _write_durably(self.path.with_name(METADATA_FILE), _yaml(self._bag_metadata()))
-            _sync_folder(self.path.parent)
+                write_durably(self.path.with_name(METADATA_FILE), yaml_text(self._bag_metadata()))
+            sync_folder(self.path.parent)
         except OSError as error:
             self._fail(error)
         self._is_open = False
@@ -245,39 +245,65 @@ class RecordingWriter:
         ) from None
 
     def _bag_metadata(self) -> dict[str, Any]:
-        """Return metadata.yaml of rosbag2, version 9."""
-        start_ns = self._start_ns or 0
-        extent = {
-            'duration': {'nanoseconds': self._end_ns - start_ns},
-            'starting_time': {'nanoseconds_since_epoch': start_ns},
-            'message_count': self.messages,
+        listed = [
+            BagTopic(
+                _full_name(topic),
+                topic.type,
+                qos_profiles(topic),
+                typestore().hash_rihs01(topic.type),
+                count,
+            )
+            for topic, count in self._counts.items()
+        ]
+        return bag_metadata(self.path.name, self._start_ns or 0, self._end_ns, listed)
+
+
+class BagTopic(NamedTuple):
+    """A topic of a bag: full name, type, QoS profiles, hash of the type, number of messages."""
+
+    name: str
+    type: str
+    qos_profiles: list[dict[str, Any]]
+    type_hash: str
+    messages: int
+    encoding: str = 'cdr'
+
+
+def bag_metadata(
+    file_name: str, start_ns: int, end_ns: int, listed: Sequence[BagTopic]
+) -> dict[str, Any]:
+    """Return metadata.yaml of rosbag2, version 9, for a bag of one file; log times in ns."""
+    extent = {
+        'duration': {'nanoseconds': end_ns - start_ns},
+        'starting_time': {'nanoseconds_since_epoch': start_ns},
+        'message_count': sum(topic.messages for topic in listed),
+    }
+    return {
+        'rosbag2_bagfile_information': {
+            'version': 9,
+            'storage_identifier': 'mcap',
+            **extent,
+            'topics_with_message_count': [
+                {
+                    'topic_metadata': {
+                        'name': topic.name,
+                        'type': topic.type,
+                        'serialization_format': topic.encoding,
+                        'offered_qos_profiles': topic.qos_profiles,
+                        'type_description_hash': topic.type_hash,
+                    },
+                    'message_count': topic.messages,
+                }
+                for topic in listed
+            ],
+            'compression_format': '',
+            'compression_mode': '',
+            'relative_file_paths': [file_name],
+            'files': [{'path': file_name, **extent}],
+            'custom_data': None,
+            'ros_distro': 'jazzy',
         }
-        return {
-            'rosbag2_bagfile_information': {
-                'version': 9,
-                'storage_identifier': 'mcap',
-                **extent,
-                'topics_with_message_count': [
-                    {
-                        'topic_metadata': {
-                            'name': _full_name(topic),
-                            'type': topic.type,
-                            'serialization_format': 'cdr',
-                            'offered_qos_profiles': qos_profiles(topic),
-                            'type_description_hash': typestore().hash_rihs01(topic.type),
-                        },
-                        'message_count': count,
-                    }
-                    for topic, count in self._counts.items()
-                ],
-                'compression_format': '',
-                'compression_mode': '',
-                'relative_file_paths': [self.path.name],
-                'files': [{'path': self.path.name, **extent}],
-                'custom_data': None,
-                'ros_distro': 'jazzy',
-            }
-        }
+    }
 
 
 def qos_profiles(topic: Topic) -> list[dict[str, Any]]:
@@ -304,7 +330,8 @@ class _PlainDumper(yaml.SafeDumper):
         return True
 
 
-def _yaml(document: Any) -> str:
+def yaml_text(document: Any) -> str:
+    """Return a document as YAML without anchors."""
     return yaml.dump(document, Dumper=_PlainDumper, sort_keys=False)
 
 
@@ -339,7 +366,7 @@ def _refuse(path: Path, error: OSError) -> NoReturn:
     ) from None
 
 
-def _write_durably(path: Path, text: str) -> None:
+def write_durably(path: Path, text: str) -> None:
     """Write a file so that it is either there as a whole or not at all."""
     unfinished = path.with_name(path.name + '.tmp')
     with unfinished.open('w', encoding='utf-8') as file:
@@ -349,7 +376,8 @@ def _write_durably(path: Path, text: str) -> None:
     unfinished.rename(path)
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk; raises OSError."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -357,7 +385,8 @@ def _sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _version() -> str:
+def version() -> str:
+    """Return the version of this package."""
     try:
         return importlib.metadata.version('vibration_monitor')
     except importlib.metadata.PackageNotFoundError:

@@ -14,7 +14,7 @@ from rotor_interfaces.errors import DataError
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.plain_data import parse_yaml
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import RecordedMessage, Recording, require_cdr
 
 MAX_BACKLOG_S = 1.0
@@ -109,11 +109,13 @@ def begin_ns(recording: Recording, start_s: float, names: Collection[str] | None
 
     """
     start_ns = math.floor(start_s * NANOSECONDS)
-    at_ns = None
-    for at_ns, message in timed(recording.messages(names)):
-        if at_ns >= start_ns:
-            return message.log_time_ns - (at_ns - start_ns)
-    if at_ns is None:
+    hole_ns = math.floor(HOLE_S * NANOSECONDS)
+    begin_ns, length_ns = recording.start_of_replay(names, start_ns, hole_ns)
+    if begin_ns is not None:
+        return begin_ns
+    if not any(
+        count for name, count in recording.message_counts.items() if names is None or name in names
+    ):
         raise RecordingInputError(
             f'{recording.path} holds no message'
             + (f' of {", ".join(names)}' if names else '')
@@ -121,7 +123,7 @@ def begin_ns(recording: Recording, start_s: float, names: Collection[str] | None
         )
     raise RecordingInputError(
         f'start_s = {start_s:g} is after the end of {recording.path}, which is '
-        f'{at_ns / NANOSECONDS:.3f} s long'
+        f'{length_ns / NANOSECONDS:.3f} s long'
     )
 
 
@@ -178,12 +180,7 @@ def latched_before(
 ) -> list[RecordedMessage]:
     """Return the last message before `start_ns` of every latched topic, by log time."""
     latched = {name for name, known in connections.items() if offer_of(known).is_latched}
-    last: dict[str, RecordedMessage] = {}
-    for message in recording.messages(latched) if latched else ():
-        if message.log_time_ns >= start_ns:
-            break
-        last[message.topic] = message
-    return sorted(last.values(), key=lambda message: message.log_time_ns)
+    return recording.last_before(latched, start_ns) if latched else []
 
 
 def offer_of(connection: Connection) -> Offer:

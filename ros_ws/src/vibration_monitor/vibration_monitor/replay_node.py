@@ -12,6 +12,7 @@ from typing import Any
 
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
+from rotor_interfaces.leftovers import remove_leftovers
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from rotor_interfaces.ros import (
     DurabilityPolicy,
@@ -21,7 +22,7 @@ from rotor_interfaces.ros import (
     ReliabilityPolicy,
 )
 from vibration_monitor.errors import RecordingInputError
-from vibration_monitor.mcap_file import Connection
+from vibration_monitor.mcap_walk import Connection
 from vibration_monitor.reading import RecordedMessage, Recording
 from vibration_monitor.replay import (
     HOLE_S,
@@ -267,6 +268,7 @@ def replay(
         topics=tuple(topics or ()),
         wait_for_subscribers_s=wait_for_subscribers_s,
     )
+    remove_leftovers()
     recording = Recording(path)
     nodes: list[ReplayNode] = []
 

@@ -8,7 +8,6 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 import threading
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ import rerun as rr
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
+from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import Topic
 from vibration_monitor.config import MonitorConfig
@@ -29,8 +29,8 @@ from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
 
-BATCH_S = 1.0
-"""Flight time per batch of a file: few large chunks open fast."""
+BATCH_S = 10.0
+"""Flight time per batch of a file: few large chunks open fast, and rerun keeps a note of each."""
 
 
 class _SecondRunError(Exception):
@@ -68,11 +68,12 @@ def view_recording(
         viewer.require_screen()
     recording = Recording(path, waveform_topic)
     beside = None if save is None else save.absolute().parent
-    with _cleaned_up(), tempfile.TemporaryDirectory(prefix='rotor-rig-view-', dir=beside) as folder:
-        file = Path(folder) / 'view.rrd'
+    remove_leftovers([beside] if beside else [])
+    with _cleaned_up(), OwnFolder('view-', beside) as folder:
+        file = folder / 'view.rrd'
         damage = convert(recording, file)
         if screenshot is not None:
-            picture = Path(folder) / 'view.png'
+            picture = folder / 'view.png'
             picture.write_bytes(whole_page(file, damage.append))
             _put(picture, screenshot)
         if save is not None:

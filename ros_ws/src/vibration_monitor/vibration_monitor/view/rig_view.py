@@ -104,7 +104,9 @@ class RigView:
         """Start a recording; what waits for the waveform now waits for the new run's."""
         self._stream = rr.RecordingStream(
             style.APPLICATION_ID,
-            batcher_config=rr.ChunkBatcherConfig(flush_tick=LIVE_BATCH_S),
+            batcher_config=rr.ChunkBatcherConfig(
+                flush_tick=LIVE_BATCH_S if self._is_live else FLUSH_S
+            ),
         )
         self._connect(self._stream)
         self._stream.set_log_time_enabled(False)
@@ -180,6 +182,10 @@ class RigView:
         self._curves.send()
         self._spectra.send_spectrogram()
         self._send_page()
+        self._flush_stream()
+
+    def _flush_stream(self) -> None:
+        """Hand everything to the viewer or the file; raises ViewError where it is not taken."""
         try:
             self._stream.flush(timeout_sec=FLUSH_S)
         except RuntimeError as error:
@@ -260,6 +266,8 @@ class RigView:
             self._curves.send()
         if self._is_live:
             self._send_page()
+        else:
+            self._flush_stream()  # else what the disk has not taken yet piles up
 
     def _draw_frame(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
         """Draw what shows the rotor at one moment: orbit and load."""

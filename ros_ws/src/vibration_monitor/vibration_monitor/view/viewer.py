@@ -9,7 +9,6 @@ import os
 import signal
 import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from types import TracebackType
 from typing import Self
 
 from rotor_interfaces.errors import RigError
+from rotor_interfaces.leftovers import OwnFolder
 
 LOOPBACK = '127.0.0.1'
 START_S = 30.0
@@ -57,8 +57,8 @@ class Viewer:
     """
 
     def __init__(self, arguments: Sequence[str], environment: dict[str, str]) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix='rotor-rig-view-')
-        folder = Path(self._folder.name)
+        self._folder = OwnFolder('view-')
+        folder = self._folder.path
         _usage_reports_off(folder)
         self._words = folder / 'viewer.log'
         port = _free_port()

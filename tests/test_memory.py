@@ -1,0 +1,78 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory of what reads a recording does not grow with its length."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig_support import CLI
+from rotor_interfaces import topics
+from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
+from vibration_monitor.recording import RecordingWriter
+
+EPOCH_NS = 1_800_000_000 * NANOSECONDS
+RATE_HZ = 10240
+ROWS = 1024
+SPEED_RAD_S = 1200.0
+"""Fast, so that there are many windows: 12 a second."""
+
+UNIT_S = 20
+MOST_GROWTH_MB = 30
+MOST_MB = 300
+
+
+def write(path: Path, seconds: int) -> Path:
+    """Write a shaft that turns steadily, with vibration at its first orders."""
+    with RecordingWriter.single_file(path, config={}, compress=False) as writer:
+        for first in range(0, seconds * RATE_HZ, ROWS):
+            index = first + np.arange(ROWS)
+            rows = np.zeros(ROWS, WAVEFORM_DTYPE)
+            rows['sample'] = index
+            rows['time'] = np.arange(ROWS) / RATE_HZ
+            rows['angle'] = angle = SPEED_RAD_S * index / RATE_HZ
+            for number, name in enumerate((WAVEFORM_DTYPE.names or ())[3:]):
+                rows[name] = 1e-6 * (np.cos(angle + number) + 0.1 * np.cos(2 * angle))
+            stamp_ns = sample_stamp_ns(EPOCH_NS, first, RATE_HZ)
+            data = to_cdr(encode(WaveformBlock(stamp_ns, rows), OFFLINE))
+            writer.write(topics.WAVEFORM, data, stamp_ns, stamp_ns)
+    return path
+
+
+def peak_mb(*words: object) -> float:
+    """Return the most memory that a command had, in MB."""
+    child = subprocess.Popen(
+        [*CLI, *(str(word) for word in words)],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    assert child.returncode == 0
+    return usage.ru_maxrss / 1024
+
+
+@pytest.fixture(scope='module')
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp('long')
+    return [write(folder / f'{times}.mcap', times * UNIT_S) for times in (2, 6)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    'words', [['analyze', '--json', '--out', 'x.json'], ['verify'], ['recover', '--out', 'x']]
+)
+def test_the_length_of_a_recording_costs_no_memory(
+    recordings: list[Path], words: list[str], tmp_path: Path
+) -> None:
+    peaks = []
+    for number, recording in enumerate(recordings):
+        verb, *options = words
+        places = [tmp_path / f'{number}{word}' if word[0] == 'x' else word for word in options]
+        peaks.append(peak_mb(verb, recording, *places))
+    short, long = peaks
+    assert long - short < MOST_GROWTH_MB, peaks
+    assert long < MOST_MB, peaks
