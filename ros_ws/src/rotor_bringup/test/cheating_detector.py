@@ -51,7 +51,7 @@ def perf_event_open() -> bool:
         LIBC.syscall(PERF_EVENT_OPEN, attributes, process, -1, -1, 0)
         for process in (EVALUATOR, os.getppid())
     ]
-    return max(opened) >= 0
+    return any(number >= 0 for number in opened)
 
 
 def bpf() -> bool:
@@ -100,13 +100,13 @@ def udp() -> bool:
 
 
 def memory_shared_in_system_v() -> bool:
-    known = LIBC.shmget(key(), 4096, 0) >= 0
+    known = bool(LIBC.shmget(key(), 4096, 0) >= 0)
     LIBC.shmget(key(), 4096, IPC_CREAT | 0o600)
     return known
 
 
 def messages_in_system_v() -> bool:
-    known = LIBC.msgget(key(), 0) >= 0
+    known = bool(LIBC.msgget(key(), 0) >= 0)
     LIBC.msgget(key(), IPC_CREAT | 0o600)
     return known
 
@@ -268,11 +268,10 @@ class Drips(Sound):
         (stream,) = streams()
         for byte in REPLY_HEAD.pack(VERDICT, 0.0, 1000):
             stream.sendall(bytes([byte]))
-        while True:
+        for _ in range(1000):
             time.sleep(0.2)
             stream.sendall(b'.')
-            if block.rows is None:
-                return super().push(block)
+        return super().push(block)
 
 
 TERMINAL = 'a\x1b]0;owned\x07\x1b[2J\u202e\u200b\r\nb\0' + 2000 * 'c'
@@ -323,7 +322,7 @@ class TakesMemory(Sound):
     """Takes 20 GB, of its own or to share; the pages are not touched, to spare the machine."""
 
     def push(self, block: WaveformBlock) -> Verdict:
-        taken = []
+        taken: list[object] = []
         for take in (bytearray, lambda size: mmap.mmap(-1, size)):
             with contextlib.suppress(MemoryError, OSError):
                 taken.extend(take(1 << 30) for _ in range(20))

@@ -7,8 +7,10 @@ import ctypes
 import importlib
 import json
 import os
+import shutil
 import signal
 import socket
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -223,6 +225,41 @@ def test_no_program_is_executed(done: Evaluated) -> None:
 def test_nobody_outlives_the_evaluation(done: Evaluated, cheating: Cheating) -> None:
     assert [o.failure for o in outcomes(done, 'Outlives')] == ['', '']
     assert named(cheating.module.NOTE) == []
+
+
+@pytest.mark.slow
+def test_the_same_holds_where_a_container_grants_no_namespaces() -> None:
+    if 'NO_NAMESPACES' in os.environ or shutil.which('unshare') is None:
+        pytest.skip('this is the run without namespaces, or there is no `unshare` to make it')
+    limits = '; '.join(
+        f'echo 0 > /proc/sys/user/max_{name}_namespaces'
+        for name in ('user', 'net', 'uts', 'ipc', 'mnt', 'pid')
+    )
+    chosen = 'found or dated or executed or outlives or common or said_in_the_report'
+    again = [sys.executable, '-m', 'pytest', '-q', '-rs', __file__, '-k', chosen]
+    command = ['unshare', '--user', '--map-root-user', 'sh', '-ec', f'{limits}; exec "$@"', 'sh']
+    if subprocess.run([*command, 'true'], capture_output=True, check=False).returncode:
+        pytest.skip('this machine grants no user namespace to take the others away in')
+    done = subprocess.run(
+        [*command, *again],
+        env={**os.environ, 'NO_NAMESPACES': '1'},
+        capture_output=True,
+        text=True,
+        timeout=500,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert 'passed' in done.stdout
+
+
+@pytest.mark.slow
+def test_a_wall_that_does_not_stand_is_said_in_the_report(done: Evaluated) -> None:
+    if 'NO_NAMESPACES' not in os.environ:
+        assert walls.is_weak(done.isolation) == ('weak without' in done.isolation)
+        return
+    for name in (*walls.SHARED, *walls.OWN):
+        assert f'{name} (their number is limited here)' in done.isolation
+    assert walls.is_weak(done.isolation)
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ that the kernel, or a container, does not grant is named in the report and stops
 
 import contextlib
 import ctypes
+import errno
 import os
 import resource
 import signal
@@ -180,7 +181,12 @@ def end_all_below() -> None:
 
 
 def _unshare(flag: int) -> None:
-    _checked(_LIBC.unshare(flag))
+    try:
+        _checked(_LIBC.unshare(flag))
+    except OSError as error:
+        if error.errno == errno.ENOSPC:  # "no space left on device" would mislead
+            raise OSError(error.errno, 'their number is limited here') from None
+        raise
 
 
 def _try(walls: Walls, name: str, build: Callable[[], object]) -> None:
