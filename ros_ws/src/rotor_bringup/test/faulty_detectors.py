@@ -87,6 +87,12 @@ class DiesInFit(Sound):
         os._exit(0)
 
 
+class CannotBeCopied(Sound):
+    def fit(self, flights: Iterable[Iterable[WaveformBlock]]) -> None:
+        super().fit(flights)
+        self.scale = lambda height: height / self.reference
+
+
 class Hangs(Sound):
     def push(self, block: WaveformBlock) -> Verdict:  # noqa: ARG002
         time.sleep(600)

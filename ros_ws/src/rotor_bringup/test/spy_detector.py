@@ -178,7 +178,10 @@ def abstract_socket() -> bool:
 
 def commands() -> bool:
     """Let a program that is not confined look."""
-    process = os.fork()
+    try:
+        process = os.fork()
+    except OSError:
+        return False
     if not process:
         with contextlib.suppress(BaseException):
             os.execv('/bin/sh', ['/bin/sh', '-c', f'grep -q {PLAN} {PLACES[0]}'])  # noqa: S606

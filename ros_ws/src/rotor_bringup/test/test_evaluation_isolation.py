@@ -17,7 +17,7 @@ from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.errors import MonitorError
 
 BLOCKS = 4
-SILENCE_S = 5.0
+SILENCE_S = 20.0
 """Long for this machine, short for a person."""
 STARTED: list[DetectorProcess] = []
 
@@ -123,6 +123,7 @@ def test_a_detector_that_cannot_be_made_has_failed(sandbox: Sandbox, name: str, 
     [
         ('RaisesInFit', 'ZeroDivisionError: cannot fit this (faulty_detectors.py:'),
         ('DiesInFit', 'its process died'),
+        ('CannotBeCopied', 'keep what pickle can store in the detector'),
     ],
 )
 def test_a_fit_that_fails_says_why(sandbox: Sandbox, name: str, words: str) -> None:

@@ -3,12 +3,17 @@
 """What is made of the words of a node of somebody else: levels, stamps, and how long they hold."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from rotor_bringup.evaluation.listener_node import worst_level
+import spy_rig
+from rotor_bringup.evaluation import topic
+from rotor_bringup.evaluation.listener_node import dated, worst_level
 from rotor_bringup.evaluation.topic import watched
+from rotor_bringup.evaluation.wire import one_line
+from vibration_monitor.reading import Recording
 
 
 @pytest.mark.parametrize(
@@ -58,3 +63,39 @@ def test_a_stamp_may_lie_a_little_behind_the_end() -> None:
 def test_silence_and_death_are_failures() -> None:
     assert watched([], 10.0, '').failure == 'it said nothing'
     assert watched([(1.0, 0.0, '')], 10.0, 'its node ended').failure == 'its node ended'
+
+
+@pytest.mark.parametrize(
+    ('stamp_ns', 'clock_ns', 'time_ns'),
+    [
+        (200, 5000, 5000),  # backdated, or late
+        (0, 5000, 5000),
+        (5000, 5000, 5000),
+        (9000, 5000, 9000),
+        (-1, 5000, -1),
+    ],
+)
+def test_no_stamp_makes_an_alarm_earlier_than_what_had_been_heard(
+    stamp_ns: int, clock_ns: int, time_ns: int
+) -> None:
+    assert dated(stamp_ns, clock_ns) == time_ns
+
+
+def test_a_block_is_out_at_its_end(tmp_path: Path) -> None:
+    flight = spy_rig.plan()[0].flights[1]
+    topic._write(flight, spy_rig.TellingSource(), tmp_path / 'flight.mcap')
+    times = [message.log_time_ns for message in Recording(tmp_path / 'flight.mcap').messages()]
+    assert times == [round(1e9 * (n + 1) * spy_rig.SAMPLES / 10_240) for n in range(4)]
+
+
+def test_infinity_is_a_failure() -> None:
+    outcome = watched([(1.0, math.inf, '')], 10.0, '')
+    assert 'infinite score' in outcome.failure
+    assert math.isnan(outcome.score)
+
+
+def test_words_of_others_are_one_visible_line() -> None:
+    assert one_line('2x is 3.1 times, \u03be = 0.01') == '2x is 3.1 times, \u03be = 0.01'
+    assert one_line('a\x1b[2J\r\nb\u202e\u2028c\ud800') == 'a\ufffd[2J b\ufffd c\ufffd'
+    assert one_line(' x  y\t') == 'x y'
+    assert len(one_line('x' * 10_000)) == 500

@@ -3,9 +3,12 @@
 """The processes in which detectors run; they never hold anything but anonymous blocks.
 
 `python -m rotor_bringup.evaluation.child` is the server: started with a clean environment and an
-empty folder, it loads what most detectors need and forks one process a machine and detector. That
-one gives up its access to files, makes the detector, fits it, and forks once more for every
-flight under test, so that each starts from the same fitted detector. Its parent is `isolation`.
+empty folder, it loads what most detectors need, and never runs a line of the code under test. It
+forks a keeper for each fit and each flight under test, in namespaces of its own, and the keeper
+forks the process of the detector. That one closes itself in (`walls`) before it loads the detector.
+What fit has learnt goes to every flight as the same bytes, and nothing else passes from one
+process to another. The keeper ends all that is below it when the detector or the evaluation
+is gone. The parent of the server is `isolation`.
 """
 
 import contextlib
@@ -15,21 +18,24 @@ import importlib.util
 import json
 import math
 import os
+import pickle
+import select
 import shutil
 import signal
 import socket
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from importlib.metadata import entry_points
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from rotor_bringup.evaluation import landlock, wire
+from rotor_bringup.evaluation import walls, wire
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.detectors.protocol import (
     GROUP,
@@ -38,11 +44,13 @@ from vibration_monitor.detectors.protocol import (
     check_detector,
     load_detector,
 )
+from vibration_monitor.errors import MonitorError
 
 LONGEST_ORDER = 65_536
 OURS = 'vibration_monitor'
 SIMULATOR = ('rotor_sim', 'maneuver_gen', 'rotor_bringup')
-FIT, FLIGHT = b'fit', b'flight'
+PROBE, FIT, FLIGHT = 'probe', 'fit', 'flight'
+"""What a process is for; a probe only says which walls stand around it."""
 _PR_SET_PDEATHSIG = 1
 
 
@@ -56,23 +64,24 @@ def main() -> None:
     die_with_parent()
     control = socket.socket(fileno=0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the evaluation, which ends us
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the processes of machines
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the keepers
+    walls.adopt()
     folder = Path.cwd()
+    shared = walls.enter_shared()
     _warm_up()
     gc.collect()
     gc.freeze()  # less to copy in the forks
-    _send_line(control, {'ready': landlock.version()})
+    control.sendall(b'ready')
     while True:
-        order, descriptor = _receive_order(control)
-        if not order:
+        text, descriptors, _, _ = socket.recv_fds(control, LONGEST_ORDER, 2)
+        if not text or len(descriptors) != 2:
             return
-        process = os.fork()
-        if not process:
-            _run(partial(_machine, json.loads(order), descriptor, folder), keep=descriptor)
-        os.close(descriptor)
-        watch = os.pidfd_open(process)
-        socket.send_fds(control, [b'started'], [watch])
-        os.close(watch)
+        if not os.fork():
+            stream, leash = descriptors
+            start = partial(_start, json.loads(text), stream, leash, folder, shared)
+            _run(start, keep=descriptors)
+        for descriptor in descriptors:
+            os.close(descriptor)
 
 
 def _warm_up() -> None:
@@ -98,58 +107,70 @@ def _warm_up() -> None:
                 detector.push(block)
 
 
-def _run(work: Callable[[], None], *, keep: int) -> NoReturn:
-    """Do `work` in a process just forked, with no descriptor open but `keep`, and end it."""
+def _run(work: Callable[[], None], *, keep: Collection[int]) -> NoReturn:
+    """Do `work` in a process just forked, with no descriptors open but `keep`, and end it."""
     code = 1
     try:
-        die_with_parent()
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
         for standard in range(3):
             os.dup2(nothing, standard)
-        os.closerange(3, keep)
-        os.closerange(keep + 1, os.sysconf('SC_OPEN_MAX'))
+        ends = [*sorted(keep), os.sysconf('SC_OPEN_MAX')]
+        for begin, end in pairwise([2, *ends]):
+            os.closerange(begin + 1, end)
         work()
         code = 0
     finally:
         os._exit(code)
 
 
-def _machine(order: dict[str, Any], descriptor: int, server_folder: Path) -> None:
-    """Hold the detector of one machine: make it, fit it, fork it for each flight."""
-    control = socket.socket(fileno=descriptor)
-    try:
-        folder = _confine([Path(path) for path in order['read']], server_folder)
-        sys.path[:0] = order['path']
-        target = order['target']
-        detector = check_detector(load_detector(target)(), target)
-    except BaseException as error:  # noqa: BLE001 - whatever a detector raises is its failure
-        _send_line(control, {'failure': last_line(error)})
-        return
-    _send_line(control, {'alarm_score': float(detector.alarm_score)})
-    while True:
-        kind, stream = _receive_order(control)
-        if not kind:
-            return
-        if kind == FIT:
-            _guarded(stream, partial(_fit, detector))
-            continue
-        flight_folder = Path(tempfile.mkdtemp(dir=folder))
-        process = os.fork()
-        if not process:
-            _run(partial(_flight, detector, stream, flight_folder), keep=stream)
-        os.close(stream)
-        os.waitpid(process, 0)
-        shutil.rmtree(flight_folder, ignore_errors=True)
-
-
-def _confine(read: list[Path], parent: Path) -> Path:
-    """Give up everything but reading `read` and a new folder of our own, made the current one."""
+def _start(
+    order: dict[str, Any], stream: int, leash: int, parent: Path, shared: walls.Walls
+) -> None:
+    """Start a keeper in new namespaces; this process ends, since it cannot enter them itself."""
     folder = Path(tempfile.mkdtemp(dir=parent))
-    _settle_in(folder)
-    _save_no_machine_code()
-    landlock.restrict(read, [folder, Path(os.devnull)], hide=_simulator())
-    return folder
+    known = shared | walls.enter_own(folder)
+    if not os.fork():
+        _run(partial(_keep, order, stream, leash, folder, known), keep=(stream, leash))
+
+
+def _keep(order: dict[str, Any], stream: int, leash: int, folder: Path, known: walls.Walls) -> None:
+    """Start the detector; when it or the other end of the leash is gone, end all below."""
+    walls.adopt()
+    process = os.fork()
+    if not process:
+        _run(partial(_detect, order, stream, folder, known), keep=(stream,))
+    os.close(stream)
+    watch = os.pidfd_open(process)
+    select.select([leash, watch], [], [])
+    walls.end_all_below()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _detect(order: dict[str, Any], stream: int, folder: Path, known: walls.Walls) -> None:
+    """Close this process in, make the detector, and fit it or judge a flight by it."""
+    die_with_parent()
+    with socket.socket(fileno=stream) as connection, contextlib.suppress(OSError):
+        _settle_in(folder)
+        _save_no_machine_code()
+        read = [Path(path) for path in order['read']]
+        standing = walls.close_around(read, folder, _simulator(), known)
+        wire.send_data(connection, wire.WALLS, math.nan, json.dumps(standing).encode())
+        if order['kind'] == PROBE:
+            return
+        try:
+            sys.path[:0] = order['path']
+            if order['kind'] == FIT:
+                _fit(order['target'], connection)
+            else:
+                detector = pickle.loads(wire.receive_learnt(connection))  # noqa: S301
+                wire.send_reply(connection, wire.MADE, float(detector.alarm_score), '')
+                _judge(detector, connection)
+        except BaseException as error:  # noqa: BLE001 - whatever a detector raises is its failure
+            wire.send_reply(connection, wire.FAILED, math.nan, last_line(error))
+        else:
+            wire.send_reply(connection, wire.DONE, math.nan, '')
+        _drain(connection)
 
 
 def _simulator() -> list[Path]:
@@ -181,53 +202,58 @@ def _save_no_machine_code() -> None:
     caching.Cache.save_overload = save_if_possible
 
 
-def _flight(detector: Detector, descriptor: int, folder: Path) -> None:
-    """Judge one flight; what is written can reach no other."""
-    _settle_in(folder)
-    # a second set of rules narrows the first: reading as before, writing only here
-    landlock.restrict([Path('/')], [folder, Path(os.devnull)])
-    _guarded(descriptor, partial(_judge, detector))
-
-
-def _guarded(descriptor: int, work: Callable[[socket.socket], None]) -> None:
-    """Do `work` on a stream; a failure is sent back, and what is still coming is thrown away."""
-    with socket.socket(fileno=descriptor) as connection, contextlib.suppress(OSError):
-        try:
-            work(connection)
-        except BaseException as error:  # noqa: BLE001 - whatever a detector raises is its failure
-            wire.send_reply(connection, wire.FAILED, math.nan, last_line(error))
-        else:
-            wire.send_reply(connection, wire.DONE, math.nan, '')
-        _drain(connection)
-
-
 def _drain(connection: socket.socket) -> None:
     while wire.receive_block(connection) != wire.END_OF_STREAM:
         pass
 
 
-def _fit(detector: Detector, connection: socket.socket) -> None:
-    detector.fit(_flights(connection))
+def _fit(target: str, connection: socket.socket) -> None:
+    """Make a detector, fit it, and hand back what it has learnt."""
+    detector = check_detector(load_detector(target)(), target)
+    wire.send_reply(connection, wire.MADE, float(detector.alarm_score), '')
+    flights = _Flights(connection)
+    detector.fit(iter(flights))
+    flights.pass_over()
+    try:
+        learnt = pickle.dumps(detector)
+    except Exception as error:  # noqa: BLE001 - as what it has learnt may raise anything
+        raise MonitorError(
+            f'{last_line(error)}: what it has learnt cannot be copied to its flights; keep what '
+            'pickle can store in the detector'
+        ) from None
+    if len(learnt) > wire.LARGEST_LEARNT:
+        raise MonitorError(
+            f'it has learnt {len(learnt)} bytes; allowed: at most {wire.LARGEST_LEARNT}'
+        )
+    wire.send_data(connection, wire.LEARNT, math.nan, learnt)
 
 
-def _flights(connection: socket.socket) -> Iterator[Iterator[WaveformBlock]]:
-    """Yield the reference flights; what is not read of one is passed over."""
-    ended = False
+class _Flights:
+    """The reference flights of a stream; what is not read of one is passed over."""
 
-    def blocks() -> Iterator[WaveformBlock]:
-        nonlocal ended
-        while isinstance(got := wire.receive_block(connection), WaveformBlock):
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self._ended = False
+
+    def __iter__(self) -> Iterator[Iterator[WaveformBlock]]:
+        while not self._ended:
+            flight = self._blocks()
+            first = next(flight, None)
+            if first is None:
+                return
+            yield _with_first(first, flight)
+            for _ in flight:
+                pass
+
+    def _blocks(self) -> Iterator[WaveformBlock]:
+        while isinstance(got := wire.receive_block(self._connection), WaveformBlock):
             yield got
-        ended = got == wire.END_OF_STREAM
+        self._ended = got == wire.END_OF_STREAM
 
-    while not ended:
-        flight = blocks()
-        first = next(flight, None)
-        if first is None:
-            return
-        yield _with_first(first, flight)
-        for _ in flight:
-            pass
+    def pass_over(self) -> None:
+        """Pass over what is still to come."""
+        if not self._ended:
+            _drain(self._connection)
 
 
 def _with_first(first: WaveformBlock, others: Iterator[WaveformBlock]) -> Iterator[WaveformBlock]:
@@ -261,16 +287,6 @@ def last_line(error: BaseException) -> str:
     line = traceback.format_exception_only(error)[-1].strip()
     frames = traceback.extract_tb(error.__traceback__)
     return f'{line} ({Path(frames[-1].filename).name}:{frames[-1].lineno})' if frames else line
-
-
-def _receive_order(control: socket.socket) -> tuple[bytes, int]:
-    """Return the next order and its descriptor; no bytes where the other side is gone."""
-    order, descriptors, _, _ = socket.recv_fds(control, LONGEST_ORDER, 1)
-    return (order, descriptors[0]) if order and descriptors else (b'', -1)
-
-
-def _send_line(control: socket.socket, content: dict[str, Any]) -> None:
-    control.sendall(json.dumps(content).encode())
 
 
 if __name__ == '__main__':

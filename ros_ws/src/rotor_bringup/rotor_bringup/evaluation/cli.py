@@ -185,14 +185,14 @@ def _evaluated(
 
 
 def _say(content: dict[str, Any], file: Path) -> None:
-    from rotor_bringup.evaluation import report  # noqa: PLC0415 - slow
+    from rotor_bringup.evaluation import report, walls  # noqa: PLC0415 - slow
 
     for table in report.tables(content):
         Console().print(table)
     for name, numbers in content['detectors'].items():
         for failure, count in numbers['failures'].items():
             _warn(f'{name} failed on {count} of {numbers["flights"]} flights: {failure}')
-    if 'Landlock' not in content['isolation']:
+    if walls.is_weak(content['isolation']):
         _warn(f'isolation: {content["isolation"]}')
     console.print(f'report: {file}', soft_wrap=True, highlight=False)
 

@@ -4,41 +4,33 @@
 
 The processes are forked from a server that was started afresh with a clean environment, before it
 could hear of anything, so they inherit no memory, argument, variable, descriptor or folder of the
-evaluation. Where Linux has Landlock they can read Python, its packages and the system's libraries
-and nothing else, /proc included, and write into an empty folder of their own.
+evaluation. Each fit and each flight under test has a fresh one, closed in by the `walls` that this
+machine can put up.
 """
 
-import collections
-import contextlib
 import importlib.machinery
 import importlib.util
 import json
-import math
 import os
-import select
 import shutil
-import signal
 import site
 import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from rotor_bringup.errors import ProcessError
-from rotor_bringup.evaluation import wire
-from rotor_bringup.evaluation.child import FIT, FLIGHT, LONGEST_ORDER
+from rotor_bringup.evaluation.child import FIT, FLIGHT, LONGEST_ORDER, PROBE
+from rotor_bringup.evaluation.exchange import START_S, Stream
+from rotor_bringup.evaluation.walls import Walls
 from rotor_interfaces.errors import ConfigError
-from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.detectors.protocol import detector_target
 
 SILENCE_S = 60.0
 """A detector that takes longer over a block, or over what its fit does at the end, has failed."""
-
-START_S = 120.0
-"""Longest time to start Python, or to load and make a detector."""
 
 _SYSTEM = ('/lib', '/lib64', '/usr/lib', '/usr/lib64', '/usr/local/lib', '/usr/share/zoneinfo',
            '/etc/ld.so.cache', '/etc/localtime', '/dev/urandom')  # fmt: skip
@@ -54,13 +46,6 @@ _ENVIRONMENT = {
     ),
     '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',  # no second start for the sake of ROS libraries
 }
-
-
-def isolation_text(version: int) -> str:
-    """Return in words how detectors are shut off, given the version of Landlock, 0 for none."""
-    if version:
-        return f'process and Landlock {version}'
-    return 'process only: this kernel cannot close files and /proc to a detector'
 
 
 class Code:
@@ -132,10 +117,14 @@ def readable() -> list[Path]:
 
 
 class Sandbox:
-    """The server that forks the processes of detectors; end it by `close` or as a context."""
+    """The server that forks the processes of detectors; end it by `close` or as a context.
+
+    `walls` are those around every one of them.
+    """
 
     def __init__(self, parent: Path, silence_s: float = SILENCE_S) -> None:
         """Start the server with a folder in `parent`; raises ProcessError where it fails."""
+        self.walls: Walls | None = None
         self._silence_s = silence_s
         self._folder = Path(tempfile.mkdtemp(dir=parent))
         workplace = self._folder / 'w'
@@ -155,14 +144,26 @@ class Sandbox:
                 start_new_session=True,
             )
         try:
-            ready = _receive_line(self._control)
-            if 'ready' not in ready:
+            self._control.settimeout(START_S)
+            if self._received() != b'ready':
                 words = (self._folder / 'server.log').read_text('utf-8', 'replace').strip()
                 raise ProcessError(f'the server of detectors did not start: {words[-300:]}')
+            probe = self.open(PROBE)
+            probe.begin()
+            probe.close()
+            if not probe.walls:
+                raise ProcessError(f'the server of detectors does not work: {probe.failure}')
+            self.walls = probe.walls
         except BaseException:  # Ctrl-C too
             self.close()
             raise
-        self.landlock_version = int(ready['ready'])
+
+    def _received(self) -> bytes:
+        """Return what the server says, nothing where it dies or says nothing in time."""
+        try:
+            return self._control.recv(LONGEST_ORDER)
+        except OSError:
+            return b''
 
     def __enter__(self) -> Self:
         return self
@@ -191,158 +192,75 @@ class Sandbox:
                 )
 
     def start(self, code: Code) -> 'DetectorProcess':
-        """Start a process with a detector of its own, for one machine."""
-        ours, theirs = _pair(socket.SOCK_SEQPACKET)
-        paths = [str(path) for path in (*readable(), *code.read)]
-        order = json.dumps({'target': code.target, 'read': paths, 'path': code.path}).encode()
+        """Make a detector of its own for one machine, in a process that can be fitted."""
+        return DetectorProcess(self, code)
+
+    def open(self, kind: str, code: Code | None = None) -> Stream:
+        """Start a process of `kind` and return the stream to it.
+
+        Raises:
+            ProcessError: the server is gone, or the folders have too long names.
+
+        """
+        paths = [str(path) for path in (*readable(), *(code.read if code else ()))]
+        order = json.dumps(
+            {
+                'kind': kind,
+                'read': paths,
+                'target': code.target if code else '',
+                'path': code.path if code else [],
+            }
+        ).encode()
         if len(order) > LONGEST_ORDER:
             raise ProcessError('the folders that detectors may read have too long names')
-        with theirs:
-            socket.send_fds(self._control, [order], [theirs.fileno()])
-        _, (watch,), _, _ = socket.recv_fds(self._control, 64, 1)
-        return DetectorProcess(ours, watch, self._silence_s)
+        ours, theirs = _pair(socket.SOCK_STREAM)
+        leash, its_leash = _pair(socket.SOCK_STREAM)
+        with theirs, its_leash:
+            try:
+                socket.send_fds(self._control, [order], [theirs.fileno(), its_leash.fileno()])
+            except OSError as error:
+                ours.close()
+                leash.close()
+                raise ProcessError(f'the server of detectors is gone: {error.strerror}') from None
+        return Stream(ours, leash, self._silence_s, is_fit=kind == FIT, expected=self.walls)
 
 
 class DetectorProcess:
-    """The detector of one machine, in its process.
+    """The detector of one machine: a process that is fitted, then a fresh one for each flight.
 
     `alarm_score` is the detector's own. `failure` says in a sentence why it can do nothing more,
     '' while it can.
     """
 
-    def __init__(self, control: socket.socket, watch: int, silence_s: float) -> None:
-        self._control = control
-        self._watch = watch
-        self._silence_s = silence_s
-        self._stream: Stream | None = None
-        made = _receive_line(control)
-        self.failure: str = made.get('failure', '' if made else 'its process died at the start')
-        self.alarm_score = float(made.get('alarm_score', math.nan))
+    def __init__(self, sandbox: Sandbox, code: Code) -> None:
+        self._sandbox = sandbox
+        self._code = code
+        self._fit = self._stream = sandbox.open(FIT, code)
+        self._fit.begin()
+        # made, it may have failed in its fit by now, which is for the stream to say
+        self.failure: str = '' if self._fit.is_made else self._fit.failure
+        self.alarm_score = self._fit.alarm_score
 
-    def fit(self) -> 'Stream':
+    def fit(self) -> Stream:
         """Return the stream for the reference flights."""
-        return self._open(FIT)
+        return self._fit
 
-    def flight(self) -> 'Stream':
+    def flight(self) -> Stream:
         """Return the stream for a flight under test, judged by a copy of the fitted detector."""
-        return self._open(FLIGHT)
-
-    def _open(self, kind: bytes) -> 'Stream':
-        ours, theirs = _pair(socket.SOCK_STREAM)
-        with theirs:
-            if not self.failure:
-                try:
-                    socket.send_fds(self._control, [kind], [theirs.fileno()])
-                except OSError:
-                    self.failure = 'its process died'
-        self._stream = Stream(ours, self._silence_s, self.failure)
+        self._stream.close()
+        if not self._fit.learnt:
+            self._fit.failure = self._fit.failure or 'it was not fitted'
+        if self.failure or self._fit.failure:
+            self._fit.failure = self.failure or self._fit.failure
+            return self._fit
+        self._stream = self._sandbox.open(FLIGHT, self._code)
+        self._stream.teach(self._fit.learnt)
         return self._stream
 
     def close(self) -> None:
-        """End the process, whatever it is doing, and what is open to it."""
-        if self._stream is not None:
-            self._stream.close()
-        self._control.close()
-        with contextlib.suppress(ProcessLookupError):
-            signal.pidfd_send_signal(self._watch, signal.SIGKILL)
-        os.close(self._watch)
-
-
-class Stream:
-    """Blocks to a detector, verdicts back; a failure ends it and is never raised.
-
-    `verdicts` holds what has come back and has not been taken: (number of the block, score,
-    evidence, '' where the score is not the largest so far).
-    """
-
-    def __init__(self, connection: socket.socket, silence_s: float, failure: str = '') -> None:
-        self._connection = connection
-        self._connection.settimeout(silence_s)
-        self._silence_s = silence_s
-        self._replies = bytearray()
-        self._blocks = 0
-        self._judged = 0
-        self._done = False
-        self.failure = failure
-        self.verdicts: collections.deque[tuple[int, float, str]] = collections.deque()
-
-    def send(self, block: WaveformBlock) -> None:
-        """Send an anonymous block, and take what has come back by now."""
-        self._blocks += 1
-        if not self._is_open():
-            return
-        with self._failing():
-            wire.send_block(self._connection, block)
-            while self._is_open() and self._has_news(0.0):
-                self._take()
-
-    def end_flight(self) -> None:
-        """Send the end of a reference flight."""
-        if self._is_open():
-            with self._failing():
-                wire.send_end(self._connection, wire.END_OF_FLIGHT)
-
-    def finish(self) -> None:
-        """Send the end, wait for what is still to come, and close."""
-        if self._is_open():
-            with self._failing():
-                wire.send_end(self._connection, wire.END_OF_STREAM)
-        while self._is_open():
-            with self._failing():
-                self._take()
-        self.close()
-
-    def close(self) -> None:
-        """Close the connection; nothing comes back any more."""
-        self._connection.close()
-
-    def _is_open(self) -> bool:
-        return not (self._done or self.failure)
-
-    @contextlib.contextmanager
-    def _failing(self) -> Iterator[None]:
-        """Turn what can go wrong with the socket into the failure of the detector."""
-        try:
-            yield
-        except TimeoutError:
-            self.failure = f'it did not answer within {self._silence_s:g} s'
-        except OSError:
-            # it is gone; what it said before counts
-            with contextlib.suppress(OSError):
-                while self._is_open() and self._has_news(0.1):
-                    self._take()
-            if self._is_open():
-                self.failure = 'its process died'
-
-    def _has_news(self, wait_s: float) -> bool:
-        return bool(select.select([self._connection], [], [], wait_s)[0])
-
-    def _take(self) -> None:
-        data = self._connection.recv(65_536)
-        if not data:
-            raise ConnectionResetError
-        self._replies += data
-        for reply in wire.take_replies(self._replies):
-            if reply.kind == wire.VERDICT:
-                self.verdicts.append((self._judged, reply.score, reply.text))
-                self._judged += 1
-            elif reply.kind == wire.DONE:
-                self._done = True
-            else:
-                self.failure = reply.text
+        """End the process, whatever it is doing, and what it has started."""
+        self._stream.close()
 
 
 def _pair(kind: int) -> tuple[socket.socket, socket.socket]:
     return socket.socketpair(socket.AF_UNIX, kind)
-
-
-def _receive_line(control: socket.socket) -> dict[str, Any]:
-    """Return what the other side says once, nothing where it dies or says nothing in time."""
-    control.settimeout(START_S)
-    try:
-        line = control.recv(LONGEST_ORDER)
-    except OSError:
-        return {}
-    control.settimeout(None)
-    content: dict[str, Any] = json.loads(line) if line else {}
-    return content

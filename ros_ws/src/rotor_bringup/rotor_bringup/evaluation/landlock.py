@@ -48,6 +48,11 @@ def version() -> int:
     return max(0, int(_LIBC.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION)))
 
 
+def gain_no_privileges() -> None:
+    """Let this process, and what it starts, gain none by a program; raises OSError."""
+    _checked(_LIBC.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
+
+
 def restrict(read: Iterable[Path], write: Iterable[Path], hide: Collection[Path] = ()) -> int:
     """Let this thread, and what it forks, read below `read` and read and write below `write`.
 
@@ -78,7 +83,7 @@ def restrict(read: Iterable[Path], write: Iterable[Path], hide: Collection[Path]
             _allow(ruleset, place, access)
         for path in write:
             _allow(ruleset, path, (_READ | _WRITE | _REFER | _TRUNCATE) & handled)
-        _checked(_LIBC.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
+        gain_no_privileges()
         _checked(_LIBC.syscall(_RESTRICT_SELF, ruleset, 0))
     finally:
         os.close(ruleset)

@@ -3,8 +3,9 @@
 """Node `replay` of an evaluation: replays an anonymous flight and notes what is said about it.
 
 `python -m rotor_bringup.evaluation.listener_node FILE TOPIC RATE OUT`; OUT becomes a JSON list of
-(time in s, score, reason). Scores are the levels of a DiagnosticArray (0, 1, 2; 3, stale, is no
-score) or the value of a Float64.
+(time in s, score, reason). The time is that of /clock when it was heard: the end of the newest
+block that was out by then; no stamp makes it earlier. Scores are the levels of a DiagnosticArray
+(0, 1, 2; 3, stale, is no score) or the value of a Float64.
 """
 
 import json
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rotor_bringup.evaluation.wire import one_line
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import NANOSECONDS
@@ -68,10 +70,9 @@ class ListenerNode(ReplayNode):
     def _hear(self, message: Any) -> None:
         self._heard_s = time.monotonic()
         if hasattr(message, 'status'):
-            text = '; '.join(status.message for status in message.status)
-            # a stamp that was never set is no time
-            stamp_ns = messages.stamp_ns(message) or self._clock_ns
-            self.said.append((stamp_ns / NANOSECONDS, worst_level(message.status), text))
+            text = one_line('; '.join(status.message for status in message.status))
+            time_ns = dated(messages.stamp_ns(message), self._clock_ns)
+            self.said.append((time_ns / NANOSECONDS, worst_level(message.status), text))
         elif hasattr(message, 'data'):
             self.said.append((self._clock_ns / NANOSECONDS, float(message.data), ''))
 
@@ -82,6 +83,15 @@ class ListenerNode(ReplayNode):
         now_s = time.monotonic()
         self._quiet_since_s = max(self._heard_s, min(self._quiet_since_s, now_s))
         return now_s - self._quiet_since_s > QUIET_S
+
+
+def dated(stamp_ns: int, clock_ns: int) -> int:
+    """Return the time of what was said with a stamp when /clock was at a time, both in ns.
+
+    A stamp that was never set, or lies before that, does not date it back; one that lies outside
+    every flight stays so, to be seen.
+    """
+    return stamp_ns if stamp_ns < 0 else max(stamp_ns, clock_ns)
 
 
 def worst_level(statuses: Sequence[Any]) -> float:

@@ -24,15 +24,11 @@ from rotor_bringup.dataset.suite import Flight, Machine, batches
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.anonymous import Anonymiser
 from rotor_bringup.evaluation.child import die_with_parent
-from rotor_bringup.evaluation.isolation import (
-    SILENCE_S,
-    DetectorProcess,
-    Sandbox,
-    Stream,
-    isolation_text,
-)
+from rotor_bringup.evaluation.exchange import Stream
+from rotor_bringup.evaluation.isolation import SILENCE_S, DetectorProcess, Sandbox
 from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Watch
 from rotor_bringup.evaluation.parts import Parts
+from rotor_bringup.evaluation.walls import text as walls_text
 from rotor_interfaces.errors import RigError
 from rotor_interfaces.waveform import WaveformBlock
 
@@ -156,7 +152,7 @@ def _flown(
         for process in (one for of_machine in processes for one in of_machine.values()):
             stack.callback(process.close)
         fits = [_opened(of_machine, DetectorProcess.fit) for of_machine in processes]
-        how = isolation_text(sandbox.landlock_version)
+        how = walls_text(sandbox.walls or {})
         scores = {name: process.alarm_score for name, process in processes[0].items()}
         yield Evaluated([], how, scores)
         for flights in rows:

@@ -8,6 +8,7 @@ published. It is a process of the user's, whose access to files is not restricte
 
 import contextlib
 import json
+import math
 import os
 import shlex
 import shutil
@@ -27,14 +28,17 @@ from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Outcome, W
 from rotor_bringup.evaluation.runner import OnFlights, Source, crack_course
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import ConfigError
-from rotor_interfaces.messages import OFFLINE
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.waveform import encode
 from vibration_monitor.recording import RecordingWriter
 
 ALARM_SCORE = 1.0
 """Level WARN of a DiagnosticArray; a Float64 is to follow it."""
 
-ISOLATION = 'topic: the node hears anonymous blocks alone, but is a process of its user'
+ISOLATION = (
+    'topic: the node hears anonymous blocks alone, but is a process of its user with no wall '
+    'around it; what it says is dated by the newest block that was out when it was heard'
+)
 SLACK_S = 0.2
 """A stamp may lie so far behind the end of the flight: a block."""
 STOP_S = 10.0
@@ -102,12 +106,14 @@ def _outcome(flight: Flight, node: Node, source: Source) -> Outcome:
 
 def _write(flight: Flight, source: Source, file: Path) -> None:
     """Write the anonymous waveform of a flight and nothing else."""
-    anonymiser = Anonymiser(flight.scenario.rate_hz)
+    rate_hz = flight.scenario.rate_hz
+    anonymiser = Anonymiser(rate_hz)
     with RecordingWriter.single_file(file) as writer:
         for (block,) in source.fly([flight]):
             copy = anonymiser.copy(block)
             data = messages.to_cdr(encode(copy, OFFLINE))
-            writer.write(topics.WAVEFORM, data, copy.stamp_ns, copy.stamp_ns)
+            end_ns = sample_stamp_ns(0, int(copy.rows['sample'][-1]) + 1, rate_hz)
+            writer.write(topics.WAVEFORM, data, end_ns, end_ns)  # it is out when it is whole
 
 
 @contextlib.contextmanager
@@ -184,6 +190,8 @@ def watched(said: list[tuple[float, float, str]], duration_s: float, died: str) 
             f'it stamped a message {outside[0]:.9g} s, outside its flight of {duration_s:g} s; '
             'stamps must follow those of the waveform'
         )
+    if any(math.isinf(score) for _, score, _ in said):
+        return watch.outcome('it published an infinite score; it must be a number, or NaN for none')
     ordered = sorted(said, key=lambda one: one[0])
     times_s = [*(min(time_s, duration_s) for time_s, _, _ in ordered), duration_s]
     for (_, score, text), (said_s, next_s) in zip(ordered, pairwise(times_s), strict=True):

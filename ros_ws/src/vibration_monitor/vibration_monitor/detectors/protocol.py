@@ -39,7 +39,8 @@ class Detector(Protocol):
     """One instance watches one machine.
 
     `fit` is called once with the machine's own healthy reference flights; every flight under test
-    is then given to a fresh copy of the fitted instance, so nothing learnt in one reaches another.
+    is then given to a fresh copy of the fitted instance, made by pickle, so nothing learnt in one
+    reaches another.
     """
 
     alarm_score: float
