@@ -11,7 +11,6 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import Any, Protocol, TypeVar, cast
 
 import rclpy
@@ -31,7 +30,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_namespace import validate_namespace
 
-from rotor_interfaces import messages, topics
+from rotor_interfaces import access, messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
 from rotor_interfaces.errors import ConfigError, RigError
 from rotor_interfaces.exit_code import ExitCode
@@ -39,7 +38,6 @@ from rotor_interfaces.interrupt import Interrupted, interruptible
 from rotor_interfaces.topics import Topic
 
 HIGHEST_DOMAIN = 232
-FASTDDS_PROFILE = Path(__file__).with_name('fastdds.xml')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """What ends a node in order."""
 ACKNOWLEDGEMENT_S = 1.0
@@ -277,11 +275,10 @@ def run(
 def prepare_environment() -> None:
     """Keep DDS on this machine and let it find and acknowledge quickly; what is set already stays.
 
-    For this process and those that it starts. The profile is Fast DDS's (`fastdds.xml`); other DDS
-    do not look at it.
+    For this process and those that it starts. The profiles are Fast DDS's (`fastdds.xml` and
+    `fastdds_network.xml`); other DDS do not look at them.
     """
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(FASTDDS_PROFILE))
+    access.keep_on_this_machine()
 
 
 def check_domain() -> None:
