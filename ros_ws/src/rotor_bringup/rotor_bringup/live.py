@@ -23,7 +23,7 @@ from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
-from rotor_interfaces import messages, ros, topics
+from rotor_interfaces import access, messages, ros, topics
 from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
@@ -117,7 +117,7 @@ def run_live(
         quiet: show no progress.
 
     Raises:
-        ConfigError: not a ROS namespace or domain.
+        ConfigError: not a ROS namespace or domain, or security that cannot be had.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
@@ -131,6 +131,7 @@ def run_live(
         parameters = node_parameters(scenario, rate, folder, run_id)
         group = ProcessGroup(plans, parameters, Path(logs), ros_arguments)
         ros.check_domain()
+        access.check_security()
         group.start()
         rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
         watcher = RunWatcher(scenario, state, run_id)

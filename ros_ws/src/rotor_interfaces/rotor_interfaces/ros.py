@@ -320,6 +320,7 @@ def namespace_arguments(namespace: str) -> list[str]:
 
 def _initialise(arguments: Sequence[str] | None) -> None:
     check_domain()
+    access.check_security()
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here
