@@ -9,13 +9,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import psutil  # type: ignore[import-untyped]
 import pytest
+import yaml
 
 from rig_support import CLI, private_environment
 from rotor_interfaces import access
+from vibration_monitor.view import viewer
 
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
@@ -62,7 +64,7 @@ def test_only_a_range_opens_the_network(
 def test_the_profiles_differ_only_in_where_they_reach() -> None:
     """The times of a run are the same on this machine and in a network."""
     spaces = {'': 'http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles'}
-    local, network = (ElementTree.parse(path).getroot() for path in (LOOPBACK, NETWORK))  # noqa: S314 - ours
+    local, network = (ET.parse(path).getroot() for path in (LOOPBACK, NETWORK))  # noqa: S314 - ours
     for parent, child in (
         ('.', 'transport_descriptors'),
         ('participant/rtps', 'userTransports'),
@@ -75,9 +77,9 @@ def test_the_profiles_differ_only_in_where_they_reach() -> None:
         found = owner.find(child, spaces)
         assert found is not None
         owner.remove(found)
-    assert ElementTree.canonicalize(
-        ElementTree.tostring(local), strip_text=True
-    ) == ElementTree.canonicalize(ElementTree.tostring(network), strip_text=True)
+    assert ET.canonicalize(ET.tostring(local), strip_text=True) == ET.canonicalize(
+        ET.tostring(network), strip_text=True
+    )
 
 
 def open_addresses(process: psutil.Process) -> dict[int, set[str]]:
@@ -100,29 +102,98 @@ def is_loopback(address: str) -> bool:
     return ipaddress.ip_address(address).is_loopback
 
 
+def watched(command: list[str], environment: dict[str, str]) -> dict[int, set[str]]:
+    """Run a command to its good end; return the open addresses of all its processes."""
+    environment.pop(PROFILE, None)
+    seen: dict[int, set[str]] = {}
+    with subprocess.Popen(
+        command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+    ) as started:
+        while started.poll() is None:
+            for pid, addresses in open_addresses(psutil.Process(started.pid)).items():
+                seen.setdefault(pid, set()).update(addresses)
+            time.sleep(0.1)
+    assert started.returncode == 0
+    assert all(map(is_loopback, set.union(*seen.values()))), seen
+    return {pid: addresses for pid, addresses in seen.items() if addresses}
+
+
 @pytest.mark.real_time
 @pytest.mark.parametrize('options', [[], ['--composed']])
 def test_every_socket_of_a_run_is_of_the_loopback_interface(
     tmp_path: Path, options: list[str]
 ) -> None:
-    environment = private_environment(tmp_path / 'log')
-    environment.pop(PROFILE, None)
-    seen: dict[int, set[str]] = {}
-    with subprocess.Popen(
-        [*CLI, 'run', '--duration', '3', '--record', str(tmp_path / 'new'), *options],
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    ) as rig:
-        while rig.poll() is None:
-            for pid, addresses in open_addresses(psutil.Process(rig.pid)).items():
-                seen.setdefault(pid, set()).update(addresses)
-            time.sleep(0.1)
-    assert rig.returncode == 0
-    talking = [pid for pid, addresses in seen.items() if addresses]
+    command = [*CLI, 'run', '--duration', '3', '--record', str(tmp_path / 'new'), *options]
+    talking = watched(command, private_environment(tmp_path / 'log'))
     assert len(talking) == (2 if options else 5)  # the command itself watches
-    assert all(map(is_loopback, set.union(*seen.values()))), seen
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.skipif(shutil.which('Xvfb') is None, reason='needs Xvfb')
+def test_the_window_of_a_run_listens_on_the_loopback_interface(tmp_path: Path) -> None:
+    environment = private_environment(tmp_path / 'log')
+    command = [*CLI, 'run', '--duration', '3', '--record', str(tmp_path / 'new'), '--view']
+    with subprocess.Popen(
+        ['Xvfb', '-displayfd', '1', '-screen', '0', '800x500x24', '-nolisten', 'tcp'],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as screen:
+        assert screen.stdout is not None
+        environment['DISPLAY'] = f':{screen.stdout.readline().strip()}'
+        talking = watched(command, environment)
+        # the viewer's node and its window, which stays open
+        windows = [pid for pid in talking if psutil.pid_exists(pid)]
+        try:
+            assert len(talking) == 7
+            assert len(windows) == 1
+            assert talking[windows[0]] == {'127.0.0.1'}
+        finally:
+            for pid in windows:
+                psutil.Process(pid).kill()
+            screen.terminate()
+
+
+@pytest.mark.slow
+def test_the_viewer_of_a_picture_listens_on_the_loopback_interface(tmp_path: Path) -> None:
+    if not list(viewer.LAVAPIPE.glob('lvp_icd*.json')):
+        pytest.skip('needs the software renderer of Mesa; scripts/install_viewer_packages')
+    made = [*CLI, 'simulate', '--duration', '1', '--out', str(tmp_path / 'a.mcap')]
+    subprocess.run(made, check=True, capture_output=True)
+    command = [*CLI, 'view', str(tmp_path / 'a.mcap'), '--screenshot', str(tmp_path / 'a.png')]
+    (addresses,) = watched(command, dict(os.environ)).values()
+    assert addresses == {'127.0.0.1'}
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_the_helpers_of_an_evaluation_listen_nowhere_else(tmp_path: Path) -> None:
+    """Isolated detectors have no sockets at all; a node under test keeps to this machine too."""
+    group = {'name': 'test', 'split': 'test', 'machines': 1, 'healthy': 1, 'cracked': 0,
+             'growing': 0, 'held_out': True, 'noise': ['realistic']}  # fmt: skip
+    suite = tmp_path / 'small.yaml'
+    references = [{'family': 'pulls_3g', 'speed_program': 'steady'}]
+    suite.write_text(
+        yaml.safe_dump(
+            {
+                'base': 'smoke',
+                'name': 'small',
+                'flight_s': 10.0,
+                'groups': [group],
+                'references': references,
+            }  # fmt: skip
+        )
+    )
+    node = f'{sys.executable} {Path(__file__).parent / "score_node.py"}'
+    environment = private_environment(tmp_path / 'log')
+    environment.pop(RANGE)  # to the node, it would be ROS's own: the whole subnet
+    talking = watched(
+        [*CLI, 'evaluate', 'zones', 'topic:my/score', '--node-command', node, '--suite',
+         str(suite), '--out', str(tmp_path / 'out'), '--jobs', '1'],
+        environment,
+    )  # fmt: skip
+    assert len(talking) == 2  # the node and the replay
 
 
 TALK = """
@@ -184,7 +255,8 @@ ip route add 224.0.0.0/4 dev outside
 "$1" -c "$TALK" > >(grep -m 1 ready) &
 talker=$!
 sleep 3
-ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT FASTRTPS_DEFAULT_PROFILES_FILE=$OUTSIDE "$1" -c "$LISTEN"
+export ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT FASTRTPS_DEFAULT_PROFILES_FILE=$OUTSIDE
+"$1" -c "$LISTEN"
 kill $talker
 """
 

@@ -6,7 +6,7 @@ import ast
 import subprocess
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -145,7 +145,7 @@ def rights(enclave: str) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     (element,) = (
         each
-        for each in ElementTree.parse(POLICY).iter('enclave')  # noqa: S314 - our own file
+        for each in ET.parse(POLICY).iter('enclave')  # noqa: S314 - our own file
         if each.get('path') == enclave
     )
     for names in element.iter('topics'):
@@ -179,7 +179,7 @@ def test_the_policy_has_every_node() -> None:
         and 'rclpy' in path.read_text('utf-8')
     }
     assert {'rotor_sim', 'recorder', 'run_watcher', 'replay'} <= named
-    profiles = ElementTree.parse(POLICY).iter('profile')  # noqa: S314 - our own file
+    profiles = ET.parse(POLICY).iter('profile')  # noqa: S314 - our own file
     assert {str(each.get('node')) for each in profiles} == named | {
         'rotor_rig_security_check',
         'listener',
@@ -198,5 +198,3 @@ def test_a_hidden_topic_of_a_run_matches_the_policy() -> None:
         assert any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
         heard = rights('/rotor_rig_listener')['subscribe']
         assert not any(fnmatch.fnmatchcase(name, pattern) for pattern in heard)
-
-

@@ -29,6 +29,7 @@ from rotor_interfaces.run_topics import RunTopics, new_run_id
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
+REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
 STANDARD_GRAVITY_M_S2 = 9.81
 
 
@@ -89,6 +90,8 @@ class RunWatcher(Node):  # type: ignore[misc]
                     self._state.late_blocks = int(value.value)
                 elif value.key == 'windows judged [1]':
                     self._state.judged_windows = int(value.value)
+                elif value.key in REFUSED:
+                    self._state.refused[REFUSED[value.key]] = int(value.value)
                 elif value.key == 'topics with another source' and value.value:
                     self._state.other_sources.update(value.value.split(', '))
 
@@ -154,6 +157,8 @@ def run_live(
             f'another source published {names} in this ROS domain during the run; the recording '
             'and the conclusion are of this run alone, but other subscribers heard both'
         )
+    if refused := [f'{count} {what}' for what, count in state.refused.items() if count]:
+        warnings.append(f'the simulator refused {" and ".join(refused)} that cannot be of this run')
     return RunResult(folder, state, bool(received), failures, warnings)
 
 

@@ -114,11 +114,12 @@ class RunTopics:
         """
         if not self.run_id:
             return max(self._count(topic.name) - 1, 0)
-        others = self._count(topic.name) - self._count(self._inside(topic).name)
+        own = self._count(self._inside(topic).name)
+        others = self._count(topic.name) - own
         if others > 0:
             later = {run for run in self._runs() if run > self.run_id}
             others -= sum(self._count(hidden_name(topic, run)) for run in later)
-        return max(others, 0)
+        return max(others, own - 1, 0)  # who knows the ID can publish on the hidden topic alone
 
     def _count(self, name: str) -> int:
         return int(self._node.count_publishers(name))
