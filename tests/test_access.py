@@ -182,7 +182,7 @@ def test_the_helpers_of_an_evaluation_listen_nowhere_else(tmp_path: Path) -> Non
                 'flight_s': 10.0,
                 'groups': [group],
                 'references': references,
-            }  # fmt: skip
+            }
         )
     )
     node = f'{sys.executable} {Path(__file__).parent / "score_node.py"}'

@@ -73,12 +73,7 @@ class LoadGrid:
         point that is held.
         """
         known = self._known(index)
-        if known not in (None, (load_y, load_z)):
-            raise LoadConflictError(
-                f'load point {index} came as {known} and as {(load_y, load_z)} m/s^2 (y, z): two '
-                'sources publish maneuver/load, and nobody can tell which is right'
-            )
-        if not self.next_index <= index < self.next_index + EARLY_LIMIT:
+        if known is None and not self.next_index <= index < self.next_index + EARLY_LIMIT:
             return
         for name, value in (('load_y', load_y), ('load_z', load_z)):
             if not abs(value) <= LOAD_LIMIT_M_S2:
@@ -86,7 +81,13 @@ class LoadGrid:
                     f'{name} = {value:g} m/s^2 at load point {index} is out of range; allowed: '
                     f'{-LOAD_LIMIT_M_S2:g} to {LOAD_LIMIT_M_S2:g} m/s^2'
                 )
-        self._early[index] = (float(load_y), float(load_z))
+        if known is not None and known != (load_y, load_z):
+            raise LoadConflictError(
+                f'load point {index} came as {known} and as {(load_y, load_z)} m/s^2 (y, z): two '
+                'sources publish maneuver/load, and nobody can tell which is right'
+            )
+        if known is None:
+            self._early[index] = (float(load_y), float(load_z))
         while (point := self._early.pop(self.next_index, None)) is not None:
             self._points.append(point)
 
