@@ -407,7 +407,7 @@ class Credit:
 
         if self.process.poll() is None:
             self.process.kill()
-        self.process.communicate()
+            self.process.communicate()
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()

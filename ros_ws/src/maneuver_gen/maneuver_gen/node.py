@@ -48,8 +48,8 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._epoch_ns = -1  # until the simulator is ready
         self._next = 0
         self._credit = Credit()
-        self._simulators: set[bytes] = set()  # the publishers of the credit when the flight began
-        self._is_doubtful = False
+        self._simulators: set[bytes] = set()  # whoever published the credit first
+        self._is_doubtful = False  # ready was said again, which anybody can
         self._publisher = run.publisher(topics.MANEUVER_LOAD)
         self._progress = run.subscription(topics.PROGRESS, self._on_progress)
 
@@ -61,12 +61,10 @@ class ManeuverNode(Node):  # type: ignore[misc]
             if stamp_ns == 0:
                 self._epoch_ns = time.time_ns()
                 self._credit.take(0, 0)  # ready
-                self._simulators = self._publishers_of_credit()
                 self._publish_until(self._epoch_ns)
             return
-        # anybody can say 0: the simulator has started anew only if the one that began has gone
         self._is_doubtful |= stamp_ns == 0
-        if self._is_doubtful and not self._simulators & self._publishers_of_credit():
+        if self._has_started_anew():
             raise ManeuverError(
                 f'{self._consumer} started anew in the middle of a flight; a flight has one '
                 'simulator, so start the whole rig again'
@@ -81,13 +79,19 @@ class ManeuverNode(Node):  # type: ignore[misc]
             )
         self._publish_until(self._credit.consumed_ns)
 
-    def _publishers_of_credit(self) -> set[bytes]:
-        """Return the ids of the publishers of rig/progress in nodes of the consumer's name."""
-        return {
+    def _has_started_anew(self) -> bool:
+        """Say whether ready was said again and the simulator has gone before the flight's end."""
+        end_ns = self._epoch_ns + (len(self._grid) - 3) * GRID_STEP_NS  # the grid goes on a little
+        is_over = self._credit.consumed_ns >= end_ns
+        if is_over or (self._simulators and not self._is_doubtful):
+            return False
+        there = {
             bytes(found.endpoint_gid)
             for found in self.get_publishers_info_by_topic(self._progress.topic_name)
             if found.node_name == self._consumer
         }
+        self._simulators = self._simulators or there
+        return bool(self._simulators) and not self._simulators & there
 
     def _publish_until(self, consumed_ns: int) -> None:
         """Publish every grid point up to the lead beyond `consumed_ns`, or beyond the epoch."""
