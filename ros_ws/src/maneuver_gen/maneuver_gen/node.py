@@ -61,6 +61,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
             if stamp_ns == 0:
                 self._epoch_ns = time.time_ns()
                 self._credit.take(0, 0)  # ready
+                self._simulators = self._publishers_of_credit()
                 self._publish_until(self._epoch_ns)
             return
         self._is_doubtful |= stamp_ns == 0
@@ -85,13 +86,17 @@ class ManeuverNode(Node):  # type: ignore[misc]
         is_over = self._credit.consumed_ns >= end_ns
         if is_over or (self._simulators and not self._is_doubtful):
             return False
-        there = {
+        there = self._publishers_of_credit()
+        self._simulators = self._simulators or there
+        return bool(self._simulators) and not self._simulators & there
+
+    def _publishers_of_credit(self) -> set[bytes]:
+        """Return the ids of the publishers of rig/progress in nodes of the consumer's name."""
+        return {
             bytes(found.endpoint_gid)
             for found in self.get_publishers_info_by_topic(self._progress.topic_name)
             if found.node_name == self._consumer
         }
-        self._simulators = self._simulators or there
-        return bool(self._simulators) and not self._simulators & there
 
     def _publish_until(self, consumed_ns: int) -> None:
         """Publish every grid point up to the lead beyond `consumed_ns`, or beyond the epoch."""
