@@ -120,6 +120,8 @@ class Bench:
     def close(self) -> None:
         import rclpy
 
+        if not self._context.ok():
+            return
         if self.process.poll() is None:
             self.process.kill()
             self.process.communicate()
@@ -267,3 +269,185 @@ def test_nonsense_among_the_ros_arguments_is_one_sentence(bench: Start) -> None:
     assert code == 2
     assert 'rate = -1 is out of range' in said
     assert 'Traceback' not in said
+
+
+def true_blocks(bench: Start) -> list[bytes]:
+    """Return the blocks of a flight of 3 s that nobody disturbs."""
+    rig = bench(duration_s=3.0, rate=0.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(302))
+    assert rig.end()[0] == 0
+    blocks = [bytes(block.data) for block in rig.blocks]
+    rig.close()
+    return blocks
+
+
+def test_plausible_loads_of_a_second_source_are_refused_and_the_flight_is_the_same(
+    bench: Start,
+) -> None:
+    from rotor_interfaces import ros
+
+    expected = true_blocks(bench)
+    rig = bench(duration_s=3.0, rate=0.0, timeout_s=20.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(100))
+    rig.wait_for(lambda: len(rig.blocks) >= 39)
+    forger = ros.publisher(rig.node, topics.MANEUVER_LOAD)
+    rig.wait_for(lambda: forger.get_subscription_count() > 0)
+    for k in range(100, 302):
+        forger.publish(messages.load(ROS, EPOCH_NS + k * STEP_NS, 9.9, 0.1))
+    rig.send_load(range(100, 302))
+    rig.spin(1.0)
+    assert len(rig.blocks) == 39
+    rig.node.destroy_publisher(forger)
+    code, said = rig.end()
+    assert code == 0, said
+    assert 'maneuver/load refused: another source publishes it too' in said
+    assert [bytes(block.data) for block in rig.blocks] == expected
+    assert int(rig.counts['refused loads [1]']) > 100
+
+
+def test_a_second_source_that_stays_ends_the_run_with_its_name(bench: Start) -> None:
+    from rotor_interfaces import ros
+
+    rig = bench(duration_s=3.0, rate=0.0, timeout_s=2.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(100))
+    rig.wait_for(lambda: len(rig.blocks) >= 39)
+    forger = ros.publisher(rig.node, topics.MANEUVER_LOAD)
+    rig.wait_for(lambda: forger.get_subscription_count() > 0)
+    rig.send_load(range(100, 302))
+    code, said = rig.end()
+    assert code == 3
+    assert 'the run stalled at 0.975 s for 2 s: another source publishes maneuver/load' in said
+
+
+def test_a_point_with_two_values_ends_the_run(bench: Start) -> None:
+    rig = bench(duration_s=3.0, rate=1.0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(150))
+    rig._load.publish(messages.load(ROS, EPOCH_NS + 140 * STEP_NS, 9.9, 0.1))
+    code, said = rig.end()
+    assert code == 3
+    assert 'load point 140 came as (9.81, 0.0) and as (9.9, 0.1) m/s^2' in said
+    assert 'Traceback' not in said
+
+
+def test_reports_that_cannot_be_true_neither_stop_nor_free_a_run(bench: Start) -> None:
+    window = 16
+    rig = bench(duration_s=3.0, rate=0.0, consumers='[slow]', window_blocks=window, timeout_s=5.0)
+    rig.report(0)
+    rig.wait_for(lambda: rig.ready)
+    rig.send_load(range(302))
+    forged = (0, -5 * 10**9, 12 * 10**9, EPOCH_NS - 1, EPOCH_NS + 10**10, 2**31 * 10**9 - 1)
+    consumed = 0
+    while consumed < 119:
+        wanted = consumed
+        rig.wait_for(lambda wanted=wanted: len(rig.blocks) > wanted)  # type: ignore[misc]
+        for stamp in forged:
+            rig.report(stamp)
+        rig.spin(0.1)
+        assert len(rig.blocks) <= consumed + 1 + window + 1
+        consumed = min(consumed + 10, len(rig.blocks) - 1)
+        rig.report(stamp_ns(rig.blocks[consumed]))
+        for stamp in forged:
+            rig.report(stamp)
+    code, said = rig.end()
+    assert code == 0, said
+    assert len(rig.blocks) == 120
+    assert int(rig.counts['refused progress [1]']) > 20
+
+
+class Credit:
+    """Plays simulator and stranger to one maneuver_gen process."""
+
+    def __init__(self, domain: dict[str, str]) -> None:
+        import rclpy
+        from rclpy.context import Context
+        from rclpy.experimental.events_executor import EventsExecutor
+        from rclpy.node import Node
+
+        from rotor_interfaces import ros
+
+        self.process = subprocess.Popen(
+            [sys.executable, '-m', 'maneuver_gen.node', '--ros-args', '-p', 'duration_s:=60.0'],
+            env=domain,
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=int(domain['ROS_DOMAIN_ID']))
+        self._executor = EventsExecutor(context=self._context)
+        self.nodes = [Node(name, context=self._context) for name in ('rotor_sim', 'stranger')]
+        self.said = [ros.publisher(node, topics.PROGRESS) for node in self.nodes]
+        self.stamps: list[int] = []
+        for node in self.nodes:
+            self._executor.add_node(node)
+        ros.subscription(
+            self.nodes[1], topics.MANEUVER_LOAD, lambda load: self.stamps.append(stamp_ns(load))
+        )
+
+    def report(self, who: int, stamp: int) -> None:
+        self.said[who].publish(messages.header(ROS, stamp, 'rotor_sim'))
+
+    def spin(self, seconds: float) -> None:
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(0.02)
+
+    def wait_for(self, condition: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + 60.0
+        while not condition():
+            assert time.monotonic() < deadline, 'it never happened'
+            self._executor.spin_once(0.02)
+
+    def close(self) -> None:
+        import rclpy
+
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+        self._executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+@pytest.fixture
+def credit(domain: dict[str, str]) -> Iterator[Credit]:
+    made = Credit(domain)
+    yield made
+    made.close()
+
+
+def test_forged_credit_neither_ends_nor_frees_the_generator(credit: Credit) -> None:
+    credit.report(0, 0)
+    credit.wait_for(lambda: len(credit.stamps) == 201)
+    epoch_ns = credit.stamps[0]
+    for stamp in (0, -1, 5 * 10**9, epoch_ns - 1, epoch_ns + 3 * 10**9, 2**31 * 10**9 - 1, 0):
+        credit.report(1, stamp)
+    credit.spin(1.0)
+    assert credit.process.poll() is None
+    assert len(credit.stamps) == 201
+    credit.report(0, epoch_ns + 10**9)
+    credit.wait_for(lambda: len(credit.stamps) == 301)
+    credit.report(1, epoch_ns + 10**8)
+    credit.spin(0.5)
+    assert len(credit.stamps) == 301
+    assert credit.process.poll() is None
+
+
+def test_a_simulator_that_starts_anew_ends_the_generator(credit: Credit) -> None:
+    from rotor_interfaces import ros
+
+    credit.report(0, 0)
+    credit.wait_for(lambda: len(credit.stamps) == 201)
+    credit.nodes[0].destroy_publisher(credit.said[0])
+    credit.said[0] = ros.publisher(credit.nodes[0], topics.PROGRESS)
+    credit.wait_for(lambda: credit.said[0].get_subscription_count() > 0)
+    credit.spin(1.0)
+    credit.report(0, 0)
+    credit.wait_for(lambda: credit.process.poll() is not None)
+    assert 'rotor_sim started anew in the middle of a flight' in credit.process.communicate()[1]
+    assert credit.process.returncode == 2

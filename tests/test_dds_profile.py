@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from rig_support import private_environment
+from rotor_interfaces import access
 
 pytestmark = pytest.mark.real_time
 
@@ -19,9 +20,9 @@ import os
 import rclpy
 from std_msgs.msg import Header
 
-from rotor_interfaces import ros
+from rotor_interfaces import access
 
-ros.prepare_environment()
+access.keep_on_this_machine()
 print(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
 rclpy.init()
 rclpy.create_node('any').create_publisher(Header, 'any', 1)
@@ -61,13 +62,11 @@ def test_a_profile_of_the_user_is_read_instead(tmp_path: Path) -> None:
 
 
 def test_the_range_of_the_user_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    from rotor_interfaces import ros
-
     monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', '')
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
-    ros.prepare_environment()
+    access.keep_on_this_machine()
     assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
     assert os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] == ''
     monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE')
-    ros.prepare_environment()
+    access.keep_on_this_machine()
     assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rig_support import CLI, RigRun, private_environment
-from rotor_interfaces import dds, machine_code
+from rotor_interfaces import access, dds, machine_code
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
@@ -127,8 +127,10 @@ def test_empty_variables_are_as_none(command: Command, monkeypatch: pytest.Monke
     names = ['ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'RMW_IMPLEMENTATION', 'ROS_LOG_DIR']
     assert command(REPLAY, **dict.fromkeys(names, '')).code == 0
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', '')
-    dds.prepare_environment()
-    assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST', 'not the whole subnet'
+    monkeypatch.delenv('FASTRTPS_DEFAULT_PROFILES_FILE', raising=False)
+    access.keep_on_this_machine()
+    profile = os.environ['FASTRTPS_DEFAULT_PROFILES_FILE']
+    assert profile == str(access.LOOPBACK_PROFILE), 'not the whole subnet'
 
 
 FULL = 'mount -t tmpfs -o size=64k tmpfs /dev/shm && head -c 65536 /dev/zero >/dev/shm/f && exec '

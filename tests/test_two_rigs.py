@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +186,14 @@ class Stranger:
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
+    def hidden(self, topic: Topic) -> Topic | None:
+        """Return the topic on which the nodes of the one run there talk among themselves."""
+        ending = f'/{topic.name.lstrip("/")}'
+        for name, _ in self._node.get_topic_names_and_types():
+            if name.startswith('/_run_') and name.endswith(ending):
+                return replace(topic, name=name)
+        return None
+
 
 @pytest.fixture
 def stranger(domain: dict[str, str]) -> Iterator[Stranger]:
@@ -270,6 +278,53 @@ def test_a_stranger_that_joins_a_flight_is_reported_and_not_heard(
         if message.status[0].name == 'rotor_sim: co-simulation'
     ]
     assert (1, f'{REFUSAL.replace("rotor/waveform", "maneuver/load, rotor/waveform")}') in told
+
+
+@pytest.mark.parametrize('is_hidden', [False, True])
+def test_forged_progress_neither_stops_nor_frees_a_fast_run(
+    start: Start, alone: dict[str, bytes], stranger: Stranger, *, is_hidden: bool
+) -> None:
+    """Not even on the hidden topic, whose name anybody can find."""
+    flight = start('climb_dive', '--rate', '0')
+    names = ('rotor_sim', 'recorder', 'vibration_monitor')
+    began = time.monotonic()
+    count = 0
+    while flight.process.poll() is None and time.monotonic() - began < 90.0:
+        topic = stranger.hidden(topics.PROGRESS) if is_hidden else topics.PROGRESS
+        for seconds in (-5, *STAMPS_S) if topic else ():
+            for name in names:
+                said = messages.header(ROS, seconds * 10**9, name)
+                stranger.say(topic, said)  # type: ignore[arg-type]
+                count += 1
+        time.sleep(0.02)
+    assert count > 100
+    assert_undisturbed(flight, alone)
+    warnings = json.loads(flight.out)['warnings']
+    if is_hidden:
+        assert any('reports of progress that cannot be of this run' in said for said in warnings)
+    else:
+        assert warnings == []
+
+
+def test_loads_on_the_hidden_topic_end_the_flight_and_are_not_flown(
+    start: Start, alone: dict[str, bytes], stranger: Stranger, domain: dict[str, str]
+) -> None:
+    flight = start('climb_dive')
+    heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
+    assert heard.wait(60.0) == 0
+    topic = stranger.hidden(topics.MANEUVER_LOAD)
+    assert topic is not None
+    began = time.monotonic()
+    while flight.process.poll() is None and time.monotonic() - began < 90.0:
+        for ahead in range(400):
+            stamp_ns = time.time_ns() + ahead * 10**7
+            stranger.say(topic, messages.load(ROS, stamp_ns, 12.0, 0.0))
+        time.sleep(0.2)
+    assert flight.code == 3
+    assert 'another source publishes maneuver/load' in flight.err
+    flown = waveform(flight.recording)
+    assert len(flown) < len(alone['climb_dive'])
+    assert alone['climb_dive'].startswith(flown)
 
 
 def test_a_rig_that_was_killed_is_waited_for(

@@ -15,7 +15,7 @@ setup(
     python_requires='>=3.11,<3.14',
     package_dir={'': '.'},
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', 'fastdds.xml']},
+    package_data={PACKAGE: ['py.typed', '*.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

@@ -16,6 +16,7 @@ from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.credit import Credit
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import NANOSECONDS, ROS
 from rotor_interfaces.ros import Node
@@ -45,27 +46,60 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._grid = load_grid(parse_maneuver(config or '{"profile": "constant"}'), duration_s)
         self._epoch_ns = -1  # until the simulator is ready
         self._next = 0
+        self._credit = Credit()
+        self._simulators: set[bytes] = set()  # whoever published the credit first
+        self._is_doubtful = False  # ready was said again, which anybody can
         self._publisher = run.publisher(topics.MANEUVER_LOAD)
-        run.subscription(topics.PROGRESS, self._on_progress)
+        self._progress = run.subscription(topics.PROGRESS, self._on_progress)
 
     def _on_progress(self, message: Any) -> None:
         if message.frame_id != self._consumer:
             return
-        consumed_ns = messages.stamp_ns(message)
-        if self._epoch_ns >= 0:
-            if consumed_ns == 0:
-                raise ManeuverError(
-                    f'{self._consumer} started anew in the middle of a flight; a flight has one '
-                    'simulator, so start the whole rig again'
-                )
-            self._publish_until(consumed_ns)
-        elif consumed_ns == 0:
-            self._epoch_ns = time.time_ns()
-            self._publish_until(self._epoch_ns)
+        stamp_ns = messages.stamp_ns(message)
+        if self._epoch_ns < 0:
+            if stamp_ns == 0:
+                self._epoch_ns = time.time_ns()
+                self._credit.take(0, 0)  # ready
+                self._simulators = self._publishers_of_credit()
+                self._publish_until(self._epoch_ns)
+            return
+        self._is_doubtful |= stamp_ns == 0
+        if self._has_started_anew():
+            raise ManeuverError(
+                f'{self._consumer} started anew in the middle of a flight; a flight has one '
+                'simulator, so start the whole rig again'
+            )
+        refused = self._credit.refused
+        self._credit.take(stamp_ns, self._epoch_ns + (self._next - 1) * GRID_STEP_NS)
+        if self._credit.refused > refused:
+            self.get_logger().warning(
+                f'rig/progress refused: {self._consumer} cannot be at {stamp_ns} ns '
+                f'({self._credit.refused} reports refused so far)',
+                throttle_duration_sec=1.0,
+            )
+        self._publish_until(self._credit.consumed_ns)
+
+    def _has_started_anew(self) -> bool:
+        """Say whether ready was said again and the simulator has gone before the flight's end."""
+        end_ns = self._epoch_ns + (len(self._grid) - 3) * GRID_STEP_NS  # the grid goes on a little
+        is_over = self._credit.consumed_ns >= end_ns
+        if is_over or (self._simulators and not self._is_doubtful):
+            return False
+        there = self._publishers_of_credit()
+        self._simulators = self._simulators or there
+        return bool(self._simulators) and not self._simulators & there
+
+    def _publishers_of_credit(self) -> set[bytes]:
+        """Return the ids of the publishers of rig/progress in nodes of the consumer's name."""
+        return {
+            bytes(found.endpoint_gid)
+            for found in self.get_publishers_info_by_topic(self._progress.topic_name)
+            if found.node_name == self._consumer
+        }
 
     def _publish_until(self, consumed_ns: int) -> None:
-        """Publish every grid point up to the lead beyond `consumed_ns`."""
-        limit_ns = consumed_ns + int(self._lead_s * NANOSECONDS)
+        """Publish every grid point up to the lead beyond `consumed_ns`, or beyond the epoch."""
+        limit_ns = max(consumed_ns, self._epoch_ns) + int(self._lead_s * NANOSECONDS)
         while self._next < len(self._grid):
             stamp_ns = self._epoch_ns + self._next * GRID_STEP_NS
             if stamp_ns > limit_ns:

@@ -60,6 +60,7 @@ class RunState:
     lost_samples: dict[str, int] = field(default_factory=dict)
     late_blocks: int = 0
     other_sources: set[str] = field(default_factory=set)
+    refused: dict[str, int] = field(default_factory=dict)
     wall_s: float = 0.0
     _wall_start: float | None = None
 

@@ -27,6 +27,7 @@ from rotor_interfaces.run_topics import RunTopics, new_run_id
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
+REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
 STANDARD_GRAVITY_M_S2 = 9.81
 
 
@@ -87,6 +88,8 @@ class RunWatcher(Node):  # type: ignore[misc]
                     self._state.late_blocks = int(value.value)
                 elif value.key == 'windows judged [1]':
                     self._state.judged_windows = int(value.value)
+                elif value.key in REFUSED:
+                    self._state.refused[REFUSED[value.key]] = int(value.value)
                 elif value.key == 'topics with another source' and value.value:
                     self._state.other_sources.update(value.value.split(', '))
 
@@ -115,7 +118,7 @@ def run_live(
         quiet: show no progress.
 
     Raises:
-        ConfigError: ROS 2 cannot start here, or not a ROS namespace.
+        ConfigError: ROS 2 cannot start here, not a ROS namespace, or security that cannot be had.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
@@ -154,6 +157,8 @@ def run_live(
         )
     if strangers:
         warnings.append(dds.warning_about(strangers))
+    if refused := [f'{count} {what}' for what, count in state.refused.items() if count]:
+        warnings.append(f'the simulator refused {" and ".join(refused)} that cannot be of this run')
     return RunResult(folder, state, bool(received), failures, warnings)
 
 

@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from rotor_interfaces import access
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.leftovers import OwnFolder
@@ -18,7 +19,6 @@ from rotor_interfaces.leftovers import OwnFolder
 HIGHEST_DOMAIN = 232
 RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
 """How far nodes find each other; with OFF, ROS's fourth, the processes of a rig would not."""
-FASTDDS_PROFILE = Path(__file__).with_name('fastdds.xml')
 SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 - where Linux has it
 BYTES_A_PROCESS = 2**20
 """Fast DDS takes 660 KiB, the tracing of ROS 8 KiB."""
@@ -68,30 +68,19 @@ def free_shared_memory() -> int:
     return found.f_bavail * found.f_frsize
 
 
-def prepare_environment() -> None:
-    """Keep DDS on this machine and let it find and acknowledge quickly; what is set already stays.
-
-    For this process and those that it starts. The profile is Fast DDS's (`fastdds.xml`); other DDS
-    do not look at it.
-    """
-    # to ROS, an empty range would mean the whole subnet
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = (
-        os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or RANGES[0]
-    )
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(FASTDDS_PROFILE))
-
-
 @contextlib.contextmanager
 def environment() -> Iterator[None]:
     """Prepare the environment; where ROS_LOG_DIR is not set, it is a folder that ends with this.
 
     Raises:
-        ConfigError: a variable of ROS 2 with a value that cannot work, or no shared memory left.
+        ConfigError: a variable of ROS 2 with a value that cannot work, no shared memory left, or
+            security that cannot be had.
 
     """
-    prepare_environment()
+    access.keep_on_this_machine()
     _check_variables()
     require_loadable()
+    access.check_security()
     with contextlib.ExitStack() as stack:
         if not os.environ.get('ROS_LOG_DIR'):
             os.environ['ROS_LOG_DIR'] = str(stack.enter_context(OwnFolder('log-')))
@@ -113,7 +102,7 @@ def _check_variables() -> None:
             f'ROS_AUTOMATIC_DISCOVERY_RANGE = {wanted!r} is not allowed; {reason}it must be one '
             f'of {", ".join(RANGES)}, or unset'
         )
-    profile = os.environ['FASTRTPS_DEFAULT_PROFILES_FILE']
+    profile = os.environ.get('FASTRTPS_DEFAULT_PROFILES_FILE')
     if profile and not (Path(profile).is_file() and os.access(profile, os.R_OK)):
         raise ConfigError(
             f'FASTRTPS_DEFAULT_PROFILES_FILE = {profile!r} is no file that can be read; name '

@@ -41,7 +41,6 @@ from rclpy.validate_namespace import validate_namespace
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
-from rotor_interfaces.dds import prepare_environment as prepare_environment
 from rotor_interfaces.errors import ConfigError, RigError, refusal
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.interrupt import Interrupted, interruptible

@@ -113,11 +113,12 @@ class RunTopics:
         """
         if not self.run_id:
             return max(self._count(topic.name) - 1, 0)
-        others = self._count(topic.name) - self._count(self._inside(topic).name)
+        own = self._count(self._inside(topic).name)
+        others = self._count(topic.name) - own
         if others > 0:
             later = {run for run in self._runs() if run > self.run_id}
-            others -= sum(self._count(_hidden(topic, run)) for run in later)
-        return max(others, 0)
+            others -= sum(self._count(hidden_name(topic, run)) for run in later)
+        return max(others, own - 1, 0)  # who knows the ID can publish on the hidden topic alone
 
     def _count(self, name: str) -> int:
         return int(self._node.count_publishers(name))
@@ -131,7 +132,7 @@ class RunTopics:
         }
 
     def _inside(self, topic: Topic) -> Topic:
-        return replace(topic, name=_hidden(topic, self.run_id)) if self.run_id else topic
+        return replace(topic, name=hidden_name(topic, self.run_id)) if self.run_id else topic
 
 
 class OtherRigs:
@@ -225,5 +226,6 @@ class Progress:
         self._publisher.publish(header, inside=not stamp_ns)
 
 
-def _hidden(topic: Topic, run_id: str) -> str:
+def hidden_name(topic: Topic, run_id: str) -> str:
+    """Return the name on which the nodes of a run publish a topic among themselves."""
     return f'{_HIDDEN}{run_id}/{topic.name.lstrip("/")}'

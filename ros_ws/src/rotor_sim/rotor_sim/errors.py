@@ -9,8 +9,16 @@ class RotorError(RigError, ValueError):
     """A rotor parameter, a load grid or a live change that cannot be accepted."""
 
 
+class LoadConflictError(RotorError):
+    """A point of the load grid that comes with two values."""
+
+
 class IntegrationError(RigError):
     """The equations could not be solved: no equilibrium, or a state that left the model."""
+
+
+class CosimulationError(RigError):
+    """The run cannot go on: endpoints missing, a hole in the load grid, a consumer that stalls."""
 
 
 class AnalysisError(RigError, ValueError):

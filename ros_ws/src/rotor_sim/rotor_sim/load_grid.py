@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_interfaces.topics import MANEUVER_LOAD
-from rotor_sim.errors import RotorError
+from rotor_sim.errors import LoadConflictError, RotorError
 from rotor_sim.parameters import GRAVITY_M_S2
 
 LOAD_RATE_HZ = 100
@@ -66,12 +66,14 @@ class LoadGrid:
         self.take(index, load_y, load_z)
 
     def take(self, index: int, load_y: float, load_z: float) -> None:
-        """Take point `index` (m/s^2) in whatever order it comes; a known one is ignored.
+        """Take point `index` (m/s^2) in whatever order it comes; a known one may come again.
 
         A point beyond a hole waits until the hole is filled, unless it is EARLY_LIMIT or more
-        ahead. Raises RotorError for an impossible load.
+        ahead. Raises RotorError for an impossible load, LoadConflictError for another value of a
+        point that is held.
         """
-        if not self.next_index <= index < self.next_index + EARLY_LIMIT:
+        known = self._known(index)
+        if known is None and not self.next_index <= index < self.next_index + EARLY_LIMIT:
             return
         for name, value in (('load_y', load_y), ('load_z', load_z)):
             if not abs(value) <= LOAD_LIMIT_M_S2:
@@ -79,9 +81,21 @@ class LoadGrid:
                     f'{name} = {value:g} m/s^2 at load point {index} is out of range; allowed: '
                     f'{-LOAD_LIMIT_M_S2:g} to {LOAD_LIMIT_M_S2:g} m/s^2'
                 )
-        self._early[index] = (float(load_y), float(load_z))
+        if known is not None and known != (load_y, load_z):
+            raise LoadConflictError(
+                f'load point {index} came as {known} and as {(load_y, load_z)} m/s^2 (y, z): two '
+                'sources publish maneuver/load, and nobody can tell which is right'
+            )
+        if known is None:
+            self._early[index] = (float(load_y), float(load_z))
         while (point := self._early.pop(self.next_index, None)) is not None:
             self._points.append(point)
+
+    def _known(self, index: int) -> tuple[float, float] | None:
+        """Return a point that is held, None where it has not come or has been discarded."""
+        if self._first <= index < self.next_index:
+            return self._points[index - self._first]
+        return self._early.get(index)
 
     def covers(self, sample_end: int, rate_hz: int) -> bool:
         """Say whether the grid reaches the time sample_end/rate_hz."""

@@ -12,14 +12,15 @@ import time
 from typing import Any
 
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError, DataError, RigError
+from rotor_interfaces.credit import Credits
+from rotor_interfaces.errors import ConfigError, DataError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
 from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig
-from rotor_sim.errors import RotorError
+from rotor_sim.errors import CosimulationError, LoadConflictError, RotorError
 from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
 from rotor_sim.messages import block_messages, config_message
 from rotor_sim.parameters import VARIANTS
@@ -32,10 +33,6 @@ ASK_AGAIN_S = 1.0
 """A run that waits this long for a load asks for it again; DDS alone would repair it sooner."""
 BLOCKS_PER_TICK = 8
 """Few enough that incoming credits are handled between two ticks."""
-
-
-class CosimulationError(RigError):
-    """The run cannot go on: endpoints missing, a hole in the load grid, a consumer that stalls."""
 
 
 class RotorSimNode(Node):  # type: ignore[misc]
@@ -54,9 +51,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._rate: float = ros.declare(
             self, 'rate', 1.0, 'multiple of real time; 0: as fast as the consumers keep up'
         )
-        self._consumers = list(
-            ros.declare(self, 'consumers', [''], 'names on rig/progress that must keep up')
-        )
+        consumers = ros.declare(self, 'consumers', [''], 'names on rig/progress that must keep up')
         self._window_blocks = ros.declare(
             self, 'window_blocks', 64, 'blocks ahead of the slowest consumer at other rates than 1'
         )
@@ -67,13 +62,13 @@ class RotorSimNode(Node):  # type: ignore[misc]
         config = self._declare_config(self._with_preset(RotorSimConfig.from_json(text or '{}')))
         self._check(duration_s)
         self._config = config
-        self._consumers = [name for name in self._consumers if name]
         self._end_sample = round(duration_s * config.rate_hz)
         self._simulator = RotorSimulator(config)
         self._simulator.compile()
         self._grid = LoadGrid()
         self._epoch_ns = -1  # the stamp of the first load
-        self._consumed_ns: dict[str, int] = {}
+        self._credits = Credits(filter(None, consumers))
+        self._sent_ns = 0  # the end of the newest block published
         self._state = self._wait_for_consumers
         self._state_since = time.monotonic()
         self._early_loads = 0
@@ -177,6 +172,9 @@ class RotorSimNode(Node):  # type: ignore[misc]
         if message.header.frame_id != topics.ROTOR_FRAME:
             self._refuse(f'frame_id {message.header.frame_id!r}, wanted {topics.ROTOR_FRAME!r}')
             return
+        if self._load.get_publisher_count() > 1:
+            self._refuse('another source publishes it too, and nobody can tell which is right')
+            return
         stamp_ns = messages.stamp_ns(message)
         if self._epoch_ns < 0:
             self._epoch_ns = stamp_ns
@@ -187,6 +185,8 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._early_loads += k > self._grid.next_index
         try:
             self._grid.take(k, message.accel.linear.y, message.accel.linear.z)
+        except LoadConflictError as error:
+            raise CosimulationError(f'the run cannot go on: {error}') from None
         except RotorError as error:
             self._refuse(str(error))
 
@@ -195,8 +195,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self.get_logger().error(f'maneuver/load refused: {reason}', throttle_duration_sec=1.0)
 
     def _on_progress(self, message: Any) -> None:
-        if message.frame_id in self._consumers:
-            self._consumed_ns[message.frame_id] = messages.stamp_ns(message)
+        self._credits.take(message.frame_id, messages.stamp_ns(message), self._sent_ns)
 
     # -- the run ----------------------------------------------------------------------------
 
@@ -212,7 +211,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def _wait_for_consumers(self) -> None:
         """Report ready once everybody who must hear time 0 has reported and matched."""
-        missing = [f'no report from {n}' for n in self._consumers if n not in self._consumed_ns]
+        missing = [f'no report from {name}' for name in self._credits.behind(0)]
         missing += [
             f'nobody listens to {topic.name}'
             for topic, publisher in self._publishers_of.items()
@@ -232,7 +231,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def _expected_subscribers(self, topic: Topic) -> int:
         """Every consumer takes the waveform; the rest has at least the recorder."""
-        return len(self._consumers) if topic is topics.WAVEFORM else min(len(self._consumers), 1)
+        return len(self._credits) if topic is topics.WAVEFORM else min(len(self._credits), 1)
 
     def _wait_for_load(self) -> None:
         """Settle at the initial load as soon as it is known."""
@@ -278,18 +277,18 @@ class RotorSimNode(Node):  # type: ignore[misc]
         """Return which load the next block must wait for, '' where it is there."""
         if self._grid.covers(end_sample, self._config.rate_hz):
             return ''
+        if self._load.get_publisher_count() > 1:
+            return 'another source publishes maneuver/load'
         early = self._grid.early
         hole = f' ({early} later points came: there is a hole)' if early else ''
         return f'maneuver/load ends before point {self._grid.next_index}{hole}'
 
     def _slow_consumer(self, first: int) -> str:
         """Return which consumer the next block must wait for, '' where none is too far behind."""
-        if self._rate != 1.0:
-            limit = first - self._window_blocks * self._config.block_samples
-            for name in self._consumers:
-                if limit >= 0 and self._consumed_ns[name] < self._stamp(limit):
-                    return f'{name} is {self._window_blocks} blocks behind'
-        return ''
+        limit = first - self._window_blocks * self._config.block_samples
+        has_limit = self._rate != 1.0 and limit >= 0
+        slow = self._credits.behind(self._stamp(limit)) if has_limit else []
+        return f'{slow[0]} is {self._window_blocks} blocks behind' if slow else ''
 
     def _stall(self, reason: str) -> None:
         if not self._stalled:
@@ -306,7 +305,8 @@ class RotorSimNode(Node):  # type: ignore[misc]
         """Subscribe to the load anew each second: it is latched, so what was lost comes again."""
         now = time.monotonic()
         is_early = now - max(self._state_since, self._asked_at) < ASK_AGAIN_S
-        if is_early or not self._load.get_publisher_count():  # not yet connected: nothing is lost
+        # not yet connected: nothing is lost; two sources: nothing would be taken
+        if is_early or self._load.get_publisher_count() != 1:
             return
         self._asked_at = now
         self._asked_again += 1
@@ -318,7 +318,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._grid.discard_before(block.first_sample * LOAD_RATE_HZ // self._config.rate_hz)
         for topic, _, message in block_messages(ROS, self._config, self._epoch_ns, block):
             self._publishers_of[topic].publish(message)
-        end_ns = self._stamp(block.first_sample + count)
+        end_ns = self._sent_ns = self._stamp(block.first_sample + count)
         self._publishers_of[topics.CLOCK].publish(messages.clock(ROS, end_ns))
         self._progress.report(end_ns)
         self._diagnose(block.first_sample + count, end_ns)
@@ -331,8 +331,8 @@ class RotorSimNode(Node):  # type: ignore[misc]
         self._last_diagnostic_s = seconds
         simulated_s = end_sample / self._config.rate_hz
         elapsed_s = max(time.monotonic() - self._started, 1e-9)
-        bad = self._asked_again + self._refused_loads + self._overruns
-        text = 'load refused or asked for again, or late blocks' if bad else ''
+        bad = self._refused_loads + self._credits.refused + self._asked_again + self._overruns
+        text = 'load or progress refused, load asked for again, or late blocks' if bad else ''
         text = self._other_rigs.text() or text
         self._publishers_of[topics.DIAGNOSTICS].publish(
             messages.diagnostics(
@@ -349,6 +349,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
                     'early load points [1]': self._early_loads,
                     'load asked for again [1]': self._asked_again,
                     'refused loads [1]': self._refused_loads,
+                    'refused progress [1]': self._credits.refused,
                     'topics with another source': ', '.join(self._other_rigs.topics),
                     'process time [s]': f'{time.process_time():.3f}',
                 },
@@ -359,8 +360,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         """Wait until every consumer has taken the last block."""
         count = (self._end_sample - 1) % self._config.block_samples + 1
         last_ns = self._stamp(self._end_sample - count)
-        behind = [name for name in self._consumers if self._consumed_ns[name] < last_ns]
-        if not behind:
+        if not (behind := self._credits.behind(last_ns)):
             self._enter(self._idle)
         elif self._age_s() > self._timeout_s:
             raise CosimulationError(f'{" and ".join(behind)} did not take the last block')

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rotor_sim import LoadGrid, RotorError
+from rotor_sim.errors import LoadConflictError
 from rotor_sim.load_grid import EARLY_LIMIT
 
 
@@ -87,9 +88,14 @@ def test_nothing_beyond_a_hole_is_used(order: list[int], hole: int) -> None:
         grid.window(hole, hole)
 
 
-def test_the_first_value_of_a_point_in_the_grid_counts() -> None:
+@pytest.mark.parametrize('index', [0, 3])
+def test_two_values_of_a_point_are_a_conflict(index: int) -> None:
+    """In the grid as beyond a hole; the first value stays."""
     grid = LoadGrid.from_points([[1.0, 2.0]])
-    grid.take(0, 3.0, 4.0)
+    grid.take(3, 1.0, 2.0)
+    grid.take(index, 1.0, 2.0)
+    with pytest.raises(LoadConflictError, match=rf'load point {index} came as \(1.0, 2.0\) and as'):
+        grid.take(index, 3.0, 4.0)
     np.testing.assert_array_equal(grid.window(0, 0), [[1.0, 2.0]])
 
 

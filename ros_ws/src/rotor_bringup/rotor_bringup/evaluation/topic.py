@@ -9,7 +9,6 @@ published. It is a process of the user's, whose access to files is not restricte
 import contextlib
 import json
 import math
-import os
 import shlex
 import shutil
 import signal
@@ -26,7 +25,7 @@ from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.anonymous import Anonymiser
 from rotor_bringup.evaluation.outcome import Evaluated, FlightResult, Outcome, Watch
 from rotor_bringup.evaluation.runner import OnFlights, Source, crack_course
-from rotor_interfaces import messages, topics
+from rotor_interfaces import access, messages, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.waveform import encode
@@ -73,7 +72,14 @@ def follow(
     source: Source,
     on_flights: OnFlights = lambda _flights, _seconds: None,
 ) -> Evaluated:
-    """Return what a node says about every flight under test; reference flights are left out."""
+    """Return what a node says about every flight under test; reference flights are left out.
+
+    Raises:
+        ConfigError: security is asked for and cannot be had.
+
+    """
+    access.keep_on_this_machine()  # also the node under test
+    access.check_security()
     name = f'topic:{node.topic}'
     results = []
     for flight in (flight for machine in machines for flight in machine.flights):
@@ -166,7 +172,6 @@ def _replayed(file: Path, node: Node, folder: Path) -> list[tuple[float, float, 
             str(node.rate),
             str(out),
         ],
-        env={'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', **os.environ},
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
