@@ -12,7 +12,7 @@ from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import FirstSource, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
-from rotor_interfaces.waveform import decode
+from rotor_interfaces.waveform import decode, sample_index
 from vibration_monitor.reading import UNDECODABLE
 from vibration_monitor.recording import RecordingWriter
 
@@ -65,8 +65,7 @@ class SampleIndexReader:
         is_known = len(data) == self._length and data[_STAMP_END : self._rows_at] == self._between
         if is_known:
             (first,) = struct.unpack_from('<d', data, self._sample_at)
-            if first.is_integer():
-                return int(first), self._count
+            return sample_index(first), self._count
         return self._decode(data)
 
     def _decode(self, data: bytes) -> tuple[int, int]:
