@@ -95,7 +95,7 @@ def run(
     view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a scenario live over DDS and record it."""
+    """Run a scenario live over DDS and record it; exit code 1 if anything was lost."""
     from rotor_bringup.live import run_live
 
     plan = _load(scenario, duration)
@@ -134,8 +134,8 @@ def run(
     else:
         _say_where(folder)
         console.print(f'monitor:   {result.state.conclusion()}', soft_wrap=True, highlight=False)
-        if result.state.lost:
-            console.print(f'lost:      {result.state.lost} samples', style='bold red')
+        if losses := result.state.losses():
+            console.print(f'lost:      {losses}', style='bold red')
         if folder.exists():
             _say_what_next(folder)
     _warn(result.warnings)
@@ -143,6 +143,8 @@ def run(
         raise ProcessError('; '.join(result.failures))
     if result.interrupted:
         raise typer.Exit(ExitCode.INTERRUPTED)
+    if result.state.losses():
+        raise typer.Exit(ExitCode.CHECK_FAILED)
 
 
 @app.command()
@@ -225,6 +227,8 @@ def analyze(
         Console().print(analysis.samples.table())
         Console().print(f'no window: {analysis.samples.reason}', soft_wrap=True, highlight=False)
     Console().print(f'monitor: {analysis.state.conclusion()}', soft_wrap=True, highlight=False)
+    if analysis.lost_samples:
+        Console().print(f'lost: {analysis.lost_samples} samples, by the sample index')
 
 
 @app.command()
