@@ -1,0 +1,6 @@
+class Recordings:
+    pass
+
+
+class Scenarios:
+    pass
