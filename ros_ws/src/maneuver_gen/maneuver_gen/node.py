@@ -12,14 +12,13 @@ import sys
 import time
 from typing import Any
 
-from rclpy.node import Node
-
 from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, RunTopics
 
 GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ

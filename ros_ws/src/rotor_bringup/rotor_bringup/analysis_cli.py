@@ -21,6 +21,7 @@ from rich.console import Console
 
 from rotor_bringup.analysis_arguments import change_of, unless_swept, values_of
 from rotor_bringup.progress import OnProgress, interruptible
+from rotor_interfaces.exit_code import ExitCode
 from rotor_sim.errors import AnalysisError
 from rotor_sim.parameters import RotorParameters
 
@@ -142,9 +143,11 @@ class Analysis(ABC):
             print_json(
                 {**outcome.asked, **outcome.found, 'files': [str(path) for path in self.paths]}
             )
-            return
-        for line in (*outcome.sentences, *(f'wrote {path}' for path in self.paths)):
-            console.print(line, soft_wrap=True, highlight=False, markup=False)
+        else:
+            for line in (*outcome.sentences, *(f'wrote {path}' for path in self.paths)):
+                console.print(line, soft_wrap=True, highlight=False, markup=False)
+        if outcome.failed:
+            raise typer.Exit(ExitCode.CHECK_FAILED)
 
     @property
     def paths(self) -> list[Path]:

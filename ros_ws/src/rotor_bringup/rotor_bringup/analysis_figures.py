@@ -160,10 +160,11 @@ def lyapunov_exponent(
         axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel('revolutions')
     axes.set_ylabel('running estimate [per unit $\\tau$]\nshaded: 2 final standard errors')
-    found = f'{result.exponent:.5f} $\\pm$ {result.standard_error:.5f}'
-    if not math.isfinite(result.exponent):
-        found = 'diverged'
-    axes.set_title(found, fontsize='small', loc='left')
+    title = f'{result.exponent:.5f} $\\pm$ {result.standard_error:.5f}'
+    if not np.isfinite(result.exponent):
+        left = result.diverged_at
+        title = 'no exponent' if left is None else f'no exponent: diverged in revolution {left}'
+    axes.set_title(title, fontsize='small', loc='left')
     return figure
 
 

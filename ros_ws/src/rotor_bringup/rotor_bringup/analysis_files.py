@@ -23,7 +23,8 @@ class Outcome:
 
     `rows`: arrays of equal length, the columns of a table; `shared`: arrays that all rows have in
     common; `asked` and `found`: question and answer in JSON types; `sentences`: the answer for a
-    person; `draw` returns a matplotlib Figure.
+    person; `draw` returns a matplotlib Figure; `failed`: there is no answer, as when every motion
+    diverged.
     """
 
     asked: dict[str, Any]
@@ -32,6 +33,7 @@ class Outcome:
     found: dict[str, Any]
     sentences: list[str]
     draw: Callable[[], Any]
+    failed: bool = False
 
 
 def check_paths(paths: list[Path]) -> None:

@@ -81,8 +81,14 @@ def _outcome(command: str, question: Question, found: Survey, direction: Directi
         rows=rows,
         shared=shared,
         found=_json_of(found, question),
-        sentences=[*_labels(question, found.label), *_about(found, question)],
+        sentences=[
+            *_labels(question, found.label),
+            *_diverged(found, question),
+            *_about(found, question),
+        ],
         draw=partial(_SWEEPS[command], rows | shared, asked),
+        failed=bool((found.label == 'diverged').all())
+        or bool(command == 'lyapunov' and np.isnan(found.exponent).all()),
     )
 
 
@@ -117,9 +123,11 @@ def run_map(
     asked |= {name: None for name in ('speed_rad_s', 'load_factor') if name == result.over[1]}
     positive = int((result.exponent > SIGNIFICANCE * result.standard_error).sum())
     kinds = ', '.join(f'{n} {kind}' for kind, n in Counter(rows['label'].tolist()).most_common())
+    gone = int((result.label == 'diverged').sum())
     sentences = [
         f'{count} points over {result.over[0]} and {result.over[1]}: {kinds}',
         f'exponent positive by {SIGNIFICANCE:g} standard errors at {positive} of them',
+        *([f'{gone} of {count} points diverged{_WHERE_DIVERGED}'] if gone else []),
     ]
     if question.plan.check_steps:
         bad = int((~result.converged & (result.label != 'diverged')).sum())
@@ -136,9 +144,11 @@ def run_map(
                 for name in ('exponent', 'standard_error', 'label', 'converged')
             },
             'positive': positive,
+            'diverged': gone,
         },
         sentences=sentences,
         draw=partial(analysis_figures.parameter_map, result, asked),
+        failed=gone == count,
     )
 
 
@@ -160,17 +170,21 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         )
 
     result = at(plan.steps_per_revolution, everything=spectrum)
+    failed = not np.isfinite(result.exponent)
     found: dict[str, Any] = {
         'method': method,
         'exponent': result.exponent,
         'standard_error': result.standard_error,
+        'diverged_at': np.nan if result.diverged_at is None else float(result.diverged_at),
     }
-    said = (
-        f'largest Lyapunov exponent {_exponent(result)} per unit tau (standard error; '
+    sentences = [
+        f'no largest Lyapunov exponent: {_lost(result)}; more --steps show whether the step is to '
+        'blame'
+        if failed
+        else f'largest Lyapunov exponent {_number(result)} per unit tau (standard error; '
         f'{plan.exponent_revolutions} revolutions, {method})'
-    )
-    sentences = [said]
-    if plan.check_steps:
+    ]
+    if plan.check_steps and not failed:
         steps = 2 * steps_needed(point, plan.steps_per_revolution)
         finer = at(steps, everything=False)
         difference = abs(result.exponent - finer.exponent)
@@ -179,10 +193,10 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         found |= {'exponent_difference': difference, 'converged': converged}
         sentences.append(
             f'{"converged" if converged else "NOT converged"}: {steps} steps a revolution give '
-            f'{_exponent(finer)}'
+            + (_number(finer) if np.isfinite(finer.exponent) else f'none, {_lost(finer)}')
         )
     shared = {}
-    if result.spectrum is not None:
+    if result.spectrum is not None and not failed:
         shared = {
             'spectrum': result.spectrum,
             'spectrum_standard_error': result.spectrum_standard_error,
@@ -199,7 +213,19 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
         found=found,
         sentences=sentences,
         draw=partial(analysis_figures.lyapunov_exponent, result, asked, found.get('converged')),
+        failed=failed,
     )
+
+
+def _number(result: LyapunovExponent) -> str:
+    return f'{result.exponent:.5f} +- {result.standard_error:.5f}'
+
+
+def _lost(result: LyapunovExponent) -> str:
+    """Return why there is no exponent."""
+    if result.diverged_at is None:
+        return 'the growth of a deviation was lost in rounding, though the motion did not diverge'
+    return f'the motion diverged, it left the model in revolution {result.diverged_at}'
 
 
 def run_section(question: Question) -> Outcome:
@@ -213,36 +239,44 @@ def run_section(question: Question) -> Outcome:
         transient_revolutions=plan.transient_revolutions,
         revolutions=plan.revolutions,
         steps_per_revolution=plan.steps_per_revolution,
+        exponent_revolutions=plan.exponent_revolutions,
+        check_steps=plan.check_steps,
     )
-    judged = survey(question.points, plan)
-    label = str(judged.label[0])
-    evidence = result.evidence | {
-        'exponent': float(judged.exponent[0]),
-        'standard_error': float(judged.standard_error[0]),
-    }
+    label, diverged = result.label, result.label == 'diverged'
     everything = {field.name: getattr(result, field.name) for field in fields(result)}
     rows = {name: value for name, value in everything.items() if isinstance(value, np.ndarray)}
-    found: dict[str, Any] = {'label': label, 'evidence': evidence}
-    known = {name: value for name, value in evidence.items() if np.isfinite(value)}
-    numbers = ', '.join(f'{name} {value:.4g}' for name, value in known.items())
-    sentences = [f'{label} motion: {numbers}']
+    found: dict[str, Any] = {
+        'label': label,
+        'reason': result.reason,
+        'diverged_at': result.diverged_at,
+        'evidence': result.evidence,
+    }
+    because = f' ({result.reason})' if result.reason else ''
+    numbers = ', '.join(
+        f'{name} {value:.4g}' for name, value in result.evidence.items() if np.isfinite(value)
+    )
+    sentences = [f'{label} motion{because}' + ('' if diverged else f': {numbers}')]
     if plan.check_steps:
-        converged = bool(judged.converged[0])
-        found |= {'converged': converged, 'difference': float(judged.difference[0])}
+        found |= {'converged': result.converged, 'difference': result.difference}
+    if plan.check_steps and np.isfinite(result.difference):
         sentences.append(
-            f'{"converged" if converged else "NOT converged"}: twice the steps change means and '
-            f'amplitudes by {number_text(judged.difference[0], ".2g")} of the largest'
+            f'{"converged" if result.converged else "NOT converged"}: twice the steps change means '
+            f'and amplitudes by {result.difference:.2g} of the largest'
         )
     asked = question.asked('poincare')
     return Outcome(
         asked=asked,
         rows=rows,
-        shared={'length_scale_m': np.array(result.length_scale_m), 'label': np.array(label)},
+        shared={
+            name: np.array(everything[name])
+            for name in ('length_scale_m', 'label', 'reason', 'diverged_at')
+        },
         found=found,
         sentences=sentences,
         draw=partial(
             analysis_figures.poincare_section, result, label, asked, found.get('converged')
         ),
+        failed=diverged,
     )
 
 
@@ -254,15 +288,11 @@ _SWEEPS = {
 }
 
 
-def _exponent(result: LyapunovExponent) -> str:
-    """Return an exponent with its error, or that there is none."""
-    if not np.isfinite(result.exponent):
-        return 'none (the motion diverges)'
-    return f'{result.exponent:.5f} +- {result.standard_error:.5f}'
+_WHERE_DIVERGED = '; their numbers are NaN in the data, null in JSON'
 
 
 def _json_of(found: Survey, question: Question) -> dict[str, Any]:
-    names = ['label']
+    names = ['label', 'reason', 'diverged_at']
     if question.plan.exponent_revolutions:
         names += ['exponent', 'standard_error']
     if question.plan.check_steps:
@@ -272,6 +302,7 @@ def _json_of(found: Survey, question: Question) -> dict[str, Any]:
     return {
         'values': question.values.tolist(),
         **{name: getattr(found, name).tolist() for name in names},
+        'diverged': int((found.label == 'diverged').sum()),
     }
 
 
@@ -279,6 +310,20 @@ def _labels(question: Question, label: NDArray[np.str_]) -> list[str]:
     counted = Counter(label.tolist()).most_common()
     kinds = ', '.join(f'{count} {name}' for name, count in counted)
     return [f'{len(label)} values of {question.over}: {kinds}']
+
+
+def _diverged(found: Survey, question: Question) -> list[str]:
+    """Return a sentence about the values at which the motion diverged, if any."""
+    gone = found.label == 'diverged'
+    if not gone.any():
+        return []
+    values, left = question.values[gone], found.diverged_at[gone]
+    said = (
+        f'{int(gone.sum())} of {len(found)} values diverged, between {question.over} = '
+        f'{values.min():g} and {values.max():g}: the motions left the model in revolution '
+        f'{left.min():.0f} to {left.max():.0f}{_WHERE_DIVERGED}'
+    )
+    return [said]
 
 
 def _about(found: Survey, question: Question) -> list[str]:
@@ -292,6 +337,12 @@ def _about(found: Survey, question: Question) -> list[str]:
             f'largest exponents {np.nanmin(found.exponent):.4f} to {found.exponent[at]:.4f} per '
             f'unit tau, the highest at {question.values[at]:g}; positive by {SIGNIFICANCE:g} '
             f'standard errors at {int(positive.sum())} of {len(found)} values'
+        )
+    none = np.isnan(found.exponent) & (found.label != 'diverged')
+    if question.plan.exponent_revolutions and none.any():
+        sentences.append(
+            f'{int(none.sum())} of {len(found)} values have no exponent: the growth of a deviation '
+            'was lost in rounding'
         )
     bad = ~found.converged & (found.label != 'diverged')
     if question.plan.check_steps and bad.any():

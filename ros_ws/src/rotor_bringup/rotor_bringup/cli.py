@@ -14,11 +14,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
-from rich.table import Table
 from typer.core import TyperGroup
 
 from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.baseline_cli import add_command as add_baseline_command
+from rotor_bringup.console import folding_table, printable
 from rotor_bringup.dataset.cli import add_command as add_dataset_command
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.cli import add_command as add_evaluate_command
@@ -32,7 +32,8 @@ from rotor_bringup.scenario import (
     load_scenario,
     shipped_scenarios,
 )
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces import dds
+from rotor_interfaces.errors import ConfigError, RigError, refusal
 from rotor_interfaces.exit_code import ExitCode
 
 console = Console(stderr=True)
@@ -48,6 +49,14 @@ class _Group(TyperGroup):
             _fail(str(error), ExitCode.PROCESS_FAILED)
         except RigError as error:
             _fail(str(error), ExitCode.BAD_INPUT)
+        except OSError as error:
+            if isinstance(error, BrokenPipeError):
+                raise
+            _fail(refusal(error), ExitCode.BAD_INPUT)
+        except ValueError as error:
+            if not (isinstance(error, UnicodeEncodeError) or 'embedded null' in str(error)):
+                raise
+            _fail(f'no file can have such a name ({error})', ExitCode.BAD_INPUT)
 
 
 app = typer.Typer(
@@ -96,6 +105,7 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scenario live over DDS and record it; exit code 1 if anything was lost."""
+    dds.require_loadable()
     from rotor_bringup.live import run_live
 
     plan = _load(scenario, duration)
@@ -219,7 +229,8 @@ def analyze(
         _print_json(analysis.summary())
         return
     if analysis.samples is None:
-        table = Table('indicator', 'median', 'largest', title=f'{len(analysis.records)} windows')
+        title = f'{len(analysis.records)} windows'
+        table = folding_table('indicator', 'median', 'largest', title=title)
         for name, median, largest in analysis.highlights():
             table.add_row(name, f'{median:.4g}', f'{largest:.4g}')
         Console().print(table)
@@ -253,7 +264,7 @@ def list_scenarios(as_json: JsonOption = False) -> None:
     if as_json:
         _print_json({plan.name: plan.description for plan in scenarios})
         return
-    table = Table('name', 'length', 'what it shows', box=None)
+    table = folding_table('name', 'length', 'what it shows', box=None)
     for plan in scenarios:
         table.add_row(plan.name, f'{plan.duration_s:g} s', plan.description)
     Console().print(table)
@@ -303,7 +314,11 @@ def _new_bag_folder(parent: Path, name: str) -> Path:
 def _warn(sentences: Iterable[str]) -> None:
     for sentence in sentences:
         console.print(
-            f'warning: {sentence}', style='yellow', soft_wrap=True, highlight=False, markup=False
+            f'warning: {printable(sentence)}',
+            style='yellow',
+            soft_wrap=True,
+            highlight=False,
+            markup=False,
         )
 
 
@@ -342,7 +357,8 @@ def _print_json(data: dict[str, Any]) -> None:
 
 
 def _fail(sentence: str, code: ExitCode) -> None:
-    console.print(f'error: {sentence}', style='red', soft_wrap=True, highlight=False, markup=False)
+    text = f'error: {printable(sentence)}'
+    console.print(text, style='red', soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(code)
 
 

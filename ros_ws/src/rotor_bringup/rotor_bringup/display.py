@@ -10,7 +10,7 @@ from typing import Any, Self
 from rich.console import Console
 from rich.live import Live
 from rich.progress_bar import ProgressBar
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from vibration_monitor import names
@@ -224,7 +224,7 @@ class Display:
 
     def _table(self) -> Table:
         state = self._state
-        table = Table.grid(padding=(0, 2))
+        table = Table.grid(*(Column(overflow='fold') for _ in range(3)), padding=(0, 2))
         bar = ProgressBar(state.duration_s, state.simulated_s, width=40)
         table.add_row('time', f'{state.simulated_s:.1f} of {state.duration_s:g} s', bar)
         table.add_row('load factor', names.number_text(state.load_factor, '+.2f'))

@@ -3,7 +3,6 @@
 """A live run over DDS: processes started, watched from an ordinary node, ended in order."""
 
 import json
-import os
 import signal
 import tempfile
 import time
@@ -16,14 +15,13 @@ from typing import Any
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
-from rotor_interfaces import messages, ros, topics
+from rotor_interfaces import dds, messages, ros, topics
 from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
@@ -121,31 +119,35 @@ def run_live(
         quiet: show no progress.
 
     Raises:
-        ConfigError: not a ROS namespace or domain.
+        ConfigError: ROS 2 cannot start here, or not a ROS namespace.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
     ros_arguments = ros.namespace_arguments(namespace)
-    ros.prepare_environment()
     state = RunState(scenario.duration_s)
-    with tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs, _signals() as received:
-        os.environ.setdefault('ROS_LOG_DIR', logs)
-        plans = _plans(composed=composed, view=view)
-        run_id = new_run_id()
+    plans = _plans(composed=composed, view=view)
+    run_id = new_run_id()
+    with (
+        dds.environment(),
+        tempfile.TemporaryDirectory(prefix='rotor-rig-') as logs,
+        _signals() as received,
+    ):
         parameters = node_parameters(scenario, rate, folder, run_id)
         group = ProcessGroup(plans, parameters, Path(logs), ros_arguments)
-        ros.check_domain()
+        dds.require_loadable(len(plans) + 1)
         group.start()
-        rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
+        ros.initialise(ros_arguments)
         watcher = RunWatcher(scenario, state, run_id)
         executor = EventsExecutor()
         executor.add_node(watcher)
+        strangers = set(dds.other_users())
         try:
             with Display(state, console, quiet=quiet) as display:
                 while not received and not group.has_ended(plans[0].name):
                     _spin_for(executor, 0.05)
                     display.refresh()
         finally:
+            strangers.update(dds.other_users())
             failures, warnings = group.stop()
             if rclpy.ok():
                 ros.spin_until_quiet(executor)
@@ -157,6 +159,8 @@ def run_live(
             f'another source published {names} in this ROS domain during the run; the recording '
             'and the conclusion are of this run alone, but other subscribers heard both'
         )
+    if strangers:
+        warnings.append(dds.warning_about(strangers))
     return RunResult(folder, state, bool(received), failures, warnings)
 
 

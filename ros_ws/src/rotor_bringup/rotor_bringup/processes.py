@@ -18,6 +18,7 @@ from typing import Any
 import yaml
 
 from rotor_bringup.errors import ProcessError
+from rotor_interfaces import dds
 from rotor_interfaces.exit_code import ExitCode
 
 STOP_TIMEOUT_S = 30.0
@@ -134,6 +135,12 @@ class ProcessGroup:
 
 
 def _ending(code: int) -> str:
+    if code == -signal.SIGBUS:
+        free = dds.free_shared_memory() // 1024
+        return (
+            f'was ended by SIGBUS: {dds.SHARED_MEMORY} has run full ({free} KiB free now); '
+            '`fastdds shm clean` removes what killed processes have left there'
+        )
     if code < 0:
         return f'was ended by {signal.Signals(-code).name}'
     return 'was interrupted' if code == ExitCode.INTERRUPTED else f'ended with exit code {code}'

@@ -44,6 +44,8 @@ def base(diagram: Diagram, highest_order: float = 0.0) -> Survey:
         'standard_error': np.full(n, 1e-4),
         'naive_exponent': np.full(n, np.nan),
         'label': np.full(n, 'quasi-periodic'),
+        'reason': np.full(n, ''),
+        'diverged_at': np.full(n, np.nan),
         'steps_per_revolution': np.full(n, 256),
         'converged': np.ones(n, np.bool_),
     }
@@ -60,10 +62,6 @@ def amplitudes(survey: Survey, rows: Array) -> Array:
     return np.column_stack([scaled, np.zeros(len(rows))])
 
 
-def with_fields(key: str, **fields: Any) -> Survey:
-    return dataclasses.replace(base(DIAGRAMS[key]), **fields)
-
-
 def over_speed(level: str) -> dict[str, Survey]:
     """Super-harmonics over speed: of what height at which load, and the resonances at G = 3."""
     peak = {
@@ -73,7 +71,9 @@ def over_speed(level: str) -> dict[str, Survey]:
     }[level]
     made = {}
     for load, height in peak.items():
-        survey = base(DIAGRAMS[f'speed_at_G{load}'])
+        survey = base(DIAGRAMS[f'speed_at_G{load}'], highest_order=4.0)
+        marked = {AGREES: 0.5, PARTLY: 0.03, DOES_NOT: 0.001}[level]
+        survey = with_line(with_line(survey, 1.0, 1.0), 1.5, marked)
         speeds = DIAGRAMS[f'speed_at_G{load}'].swept(survey.points)
         rows = np.zeros((speeds.size, 5))
         rows[:, 0] = 20.0 * (speeds / 1000.0) ** 8 + 1e-3
@@ -95,6 +95,13 @@ def over_speed(level: str) -> dict[str, Survey]:
             survey, order_amplitude_z=amplitudes(survey, rows)
         )
     return made
+
+
+def with_line(survey: Survey, order: float, amplitude: float) -> Survey:
+    """Return a survey whose spectra of Y and Z have a line."""
+    spectra = survey.amplitude_z.copy()
+    spectra[:, np.flatnonzero(np.isclose(survey.orders, order))] = amplitude
+    return dataclasses.replace(survey, amplitude_y=spectra, amplitude_z=spectra)
 
 
 def between(ticks: list[float], level: str, count: int) -> Array:
@@ -131,39 +138,77 @@ def motions(level: str) -> tuple[Survey, list[Path]]:
 
 
 def exponents(ticks: list[float], level: str, count: int) -> Array:
-    """Return exponents that fill the ticks and stay below zero, go beyond, or lie far above."""
+    """Return exponents that fill the ticks in four waves below zero, go beyond, or are far above.
+
+    Those that go beyond have one plateau above zero, those above rise.
+    """
     low, high = ticks
     if level == AGREES:
-        return np.linspace(low, 0.1 * low, count)
+        turns = np.linspace(0.0, 4.0, count)
+        return low + (0.05 * low - low) * (0.5 - 0.5 * np.cos(2.0 * np.pi * turns))
     if level == DOES_NOT:
         return np.linspace(10.0 * high, 11.0 * high + 1.0, count)
     values = np.linspace(3.0 * low, 0.0, count)
-    values[: count // 8] = 0.003
+    values[count // 8 : count // 4] = 0.003
     return values
+
+
+def some(level: str, count: int, share: float) -> NDArray[np.str_]:
+    """Return labels: all quasi-periodic, the share of them, or none."""
+    label = np.full(count, 'quasi-periodic')
+    if level != AGREES:
+        label[round(share * count) if level == PARTLY else 0 :] = 'chaotic'
+    return label
 
 
 def over_load(level: str) -> dict[str, Survey]:
     made = {}
-    for speed, ticks in FACTS['fig11_13']['lyapunov_ticks'].items():
+    row = FACTS['fig11_13']
+    for speed, ticks in row['lyapunov_ticks'].items():
         survey = base(DIAGRAMS[f'G_at_{speed}'])
         n = len(survey)
         ramp = np.linspace(0.0, 1.0, n)
         step = {AGREES: 1.0, PARTLY: 0.08, DOES_NOT: 0.0}[level]
+        if speed in row['no_jumps_at_speeds_rad_s']:
+            step = {AGREES: 0.0, PARTLY: 0.08, DOES_NOT: 1.0}[level]
         z = (ramp + step * (np.arange(n) > n // 2))[:, None] * np.ones(survey.z.shape[1])
+        exponent = exponents(ticks, level, n)
+        if level == AGREES:
+            exponent[5] = ticks[1]  # one of 197: almost none is positive
         made[f'G_at_{speed}'] = dataclasses.replace(
             survey,
             z=z * survey.length_scale_m[:, None],
-            exponent=exponents(ticks, level, n),
+            exponent=exponent,
+            label=some(level, n, 0.6),
+            order_amplitude_z=amplitudes(survey, nearest(row['nearest_order'][speed], level, ramp)),
         )
     return made
 
 
+def nearest(order: float, level: str, ramp: Array) -> Array:
+    """Return amplitudes of which that order changes most and peaks, changes most, or neither."""
+    rows = np.full((ramp.size, 5), 0.1)
+    rows[:, 0] = 9.0 * ramp  # the harmonic changes more, and is no super-harmonic
+    own = {AGREES: np.sin(np.pi * ramp), PARTLY: ramp, DOES_NOT: 0.1 * ramp}[level]
+    rows[:, judging.ORDERS.index(order)] = own
+    if level == DOES_NOT:
+        rows[:, 1 if order != judging.ORDERS[1] else 3] = ramp
+    return rows
+
+
 def chaos(key: str, threshold_si: float, ticks: list[float], level: str) -> Survey:
-    survey = base(DIAGRAMS[key])
+    survey = with_line(base(DIAGRAMS[key], highest_order=4.0), 1.0, 1.0)
     above = DIAGRAMS[key].swept(survey.points) > threshold_si
+    wide = np.where(above, 1.0, 0.0)
+    if level == PARTLY:
+        wide[np.flatnonzero(above)[::2]] = 0.0
+    if level == DOES_NOT:
+        wide[:] = 1.0 - wide
+    spectra = np.maximum(survey.amplitude_z, 0.1 * wide[:, None].astype(np.float32))
+    survey = dataclasses.replace(survey, amplitude_y=spectra, amplitude_z=spectra)
     if level == DOES_NOT:
         return dataclasses.replace(survey, exponent=np.full(len(survey), 10.0))
-    exponent = np.where(above, 0.5 * ticks[1], 0.5 * ticks[0])
+    exponent = np.where(above, 0.6 * ticks[1], 0.6 * ticks[0])
     if level == PARTLY:
         exponent[np.flatnonzero(above)[::2]] = 0.5 * ticks[0]
         exponent[-1] = 2.0 * ticks[1]
@@ -197,6 +242,19 @@ def leading(survey: Survey, level: str) -> Survey:
     )
 
 
+def unloaded(level: str) -> Survey:
+    """Exponents over K without load: below those with it and rising, or else."""
+    survey = base(DIAGRAMS['K_unloaded'])
+    n = len(survey)
+    exponent = np.linspace(-0.005, 0.004, n)
+    if level == PARTLY:  # larger than those with the load, but not as often positive
+        exponent = np.linspace(-0.0045, -0.0035, n)
+        exponent[n // 2 : n // 2 + 2] = [-0.015, 0.07]
+    if level == DOES_NOT:
+        exponent = np.linspace(21.0, 20.0, n)
+    return dataclasses.replace(survey, exponent=exponent)
+
+
 def over_eccentricity(level: str) -> Survey:
     survey = base(DIAGRAMS['eccentricity'])
     n = len(survey)
@@ -212,12 +270,13 @@ def over_eccentricity(level: str) -> Survey:
         order_amplitude_y=rows,
         order_amplitude_z=rows,
         exponent=exponents(FACTS['fig19']['lyapunov_ticks'], level, n),
+        label=some(level, n, 0.6),
     )
 
 
 def world(level: str) -> Results:
     """Return results by which every claim gets the verdict `level`."""
-    crack, unloaded, clearance = FACTS['fig14_15'], FACTS['fig16'], FACTS['fig17_18']
+    crack, clearance = FACTS['fig14_15'], FACTS['fig17_18']
     four, paths = motions(level)
     surveys = {
         **over_speed(level),
@@ -225,9 +284,7 @@ def world(level: str) -> Results:
         **over_load(level),
         'K': chaos('K', crack['chaotic_above_K'], crack['lyapunov_ticks'], level),
         'K_sections': sections('K_sections', crack['quasi_periodic_K'], crack['chaotic_K'], level),
-        'K_unloaded': with_fields(
-            'K_unloaded', exponent=exponents(unloaded['lyapunov_ticks'], level, SETTINGS.values)
-        ),
+        'K_unloaded': unloaded(level),
         'clearance': leading(
             chaos(
                 'clearance',
@@ -254,7 +311,8 @@ def changed(results: Results, change: Callable[[Survey], Survey]) -> Results:
 FLOAT_FIELDS = tuple(
     field.name
     for field in dataclasses.fields(Survey)
-    if field.name not in {'points', 'plan', 'label', 'orders', 'steps_per_revolution', 'converged'}
+    if field.name
+    not in {'points', 'plan', 'label', 'reason', 'orders', 'steps_per_revolution', 'converged'}
 )
 
 

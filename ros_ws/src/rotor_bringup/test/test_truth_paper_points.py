@@ -86,3 +86,20 @@ def test_no_load_and_no_crack_give_a_plain_harmonic_over_the_eccentricity() -> N
     amplitudes = judging.orders(found)[0]
     assert amplitudes[0] > 0.1
     assert amplitudes[1:].max() < 1e-3 * amplitudes[0]
+
+
+@pytest.mark.slow
+def test_a_motion_that_hops_at_256_steps_is_not_called_chaotic() -> None:
+    """figure, K = 0.225 (Fig. 15e): 0.001 +- 0.0015 with located switches, +0.056 at 256 steps.
+
+    The whole figure is surveyed: up to 4 trajectories run by other machine code and hop elsewhere.
+    """
+    diagram = DIAGRAMS['K_sections']
+    points = diagram.points('figure', 1)
+    at = [point.parameters.crack_stiffness_ratio for point in points].index(0.225)
+    found = survey(points, diagram.plan(Settings()))
+    assert found.label[at] != 'chaotic', found.reason[at]
+    plan = dataclasses.replace(diagram.plan(Settings(check_steps=False)), steps_per_revolution=1024)
+    finer = survey(points, plan)
+    assert finer.exponent[at] < 3.0 * finer.standard_error[at]
+    assert finer.label[at] != 'chaotic'

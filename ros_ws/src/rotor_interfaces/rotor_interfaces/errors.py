@@ -17,3 +17,9 @@ class WireError(RigError, ValueError):
 
 class DataError(RigError, ValueError):
     """A text or file of plain data (YAML, JSON, CSV) that is not taken as such."""
+
+
+def refusal(error: OSError) -> str:
+    """Return in words what the system refused, and of which file where it says so."""
+    what = error.strerror or str(error)
+    return f'{what}: {error.filename}' if error.filename else what

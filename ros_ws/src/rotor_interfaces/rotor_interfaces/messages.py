@@ -109,11 +109,15 @@ def header(factory: MessageFactory, stamp_ns: int, frame_id: str) -> Any:
 
 
 def stamp_ns(message: Any) -> int:
-    """Return the nanoseconds of a message with a header, of a Header or of a Clock."""
+    """Return the nanoseconds of a message with a header, of a Header or of a Clock.
+
+    A stamp whose nanoseconds make more than a second is the last of that second, or it could
+    not be written again.
+    """
     time = message.header.stamp if hasattr(message, 'header') else None
     if time is None:
         time = message.stamp if hasattr(message, 'stamp') else message.clock
-    return int(time.sec) * NANOSECONDS + int(time.nanosec)
+    return int(time.sec) * NANOSECONDS + min(int(time.nanosec), NANOSECONDS - 1)
 
 
 def sample_stamp_ns(epoch_ns: int, sample: int, rate_hz: int) -> int:

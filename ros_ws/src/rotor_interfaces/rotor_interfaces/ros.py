@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every node of the rig shares: QoS, namespace, parameters from a model, the run loop.
 
-Of this package only this module and `run_topics` import rclpy.
+Of this package only this module and `run_topics` import rclpy; the nodes import what they need of
+it from here, so that `dds` has looked at the machine before.
 """
 
+# ruff: noqa: E402, PLC0414 - rclpy comes after that look, and is handed on
+
 import functools
-import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import Any, Protocol, TypeVar, cast
+
+from rotor_interfaces import dds
+
+dds.exit_unless_loadable()
 
 import rclpy
 from rcl_interfaces.msg import (
@@ -24,22 +29,24 @@ from rcl_interfaces.msg import (
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException
+from rclpy.exceptions import InvalidTopicNameException as InvalidTopicNameException
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
+from rclpy.node import Node as Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy as DurabilityPolicy
+from rclpy.qos import QoSProfile as QoSProfile
+from rclpy.qos import ReliabilityPolicy as ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_namespace import validate_namespace
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_interfaces.dds import prepare_environment as prepare_environment
+from rotor_interfaces.errors import ConfigError, RigError, refusal
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.interrupt import Interrupted, interruptible
 from rotor_interfaces.topics import Topic
 
-HIGHEST_DOMAIN = 232
-FASTDDS_PROFILE = Path(__file__).with_name('fastdds.xml')
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """What ends a node in order."""
 ACKNOWLEDGEMENT_S = 1.0
@@ -235,63 +242,62 @@ def run(
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
     finishes in order. While nodes are being created they end that at once: compiling may take a
     minute. Where the run `has_end`, ending it early is INTERRUPTED. A RigError is one sentence
-    on standard error.
+    on standard error, and so is what the system refuses.
     """
-    prepare_environment()
     # held back until somebody listens, here or already by whoever started this process
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     signals: list[int] = []
     for number in SIGNALS:
         signal.signal(number, lambda got, _: signals.append(got))
+    try:
+        with dds.environment():
+            is_over = _run(create, arguments, signals)
+    except Interrupted:
+        is_over = False
+    except RigError as error:
+        sys.stderr.write(f'error: {error}\n')
+        # the rig's errors about given values are ValueErrors too
+        return ExitCode.BAD_INPUT if isinstance(error, ValueError) else ExitCode.PROCESS_FAILED
+    except OSError as error:
+        sys.stderr.write(f'error: {refusal(error)}\n')
+        return ExitCode.BAD_INPUT
+    return ExitCode.DONE if is_over or not has_end else ExitCode.INTERRUPTED
+
+
+def _run(
+    create: Callable[[], Sequence[RigNode]], arguments: Sequence[str] | None, signals: list[int]
+) -> bool:
+    """Create nodes, run and finish them; say whether one of them was done."""
     nodes: list[RigNode] = []
-    code = ExitCode.DONE
     try:
         with interruptible(*SIGNALS):
             signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-            _initialise(arguments)
+            initialise(arguments)
             executor = EventsExecutor()
             nodes.extend(create())
+        strangers = _warn_about_strangers(set())
         for node in nodes:
             executor.add_node(cast(Node, node))
         while not signals and not any(_failure(node) or node.is_done() for node in nodes):
             executor.spin_once(IDLE_S)
         failures = [failure for node in nodes if (failure := _failure(node))]
+        _warn_about_strangers(strangers)
         _finish(executor, [node for node in nodes if not _failure(node)])
         if failures:
             raise failures[0]
-        if has_end and not any(node.is_done() for node in nodes):
-            code = ExitCode.INTERRUPTED
-    except Interrupted:
-        code = ExitCode.INTERRUPTED if has_end else ExitCode.DONE
-    except RigError as error:
-        sys.stderr.write(f'error: {error}\n')
-        # the rig's errors about given values are ValueErrors too
-        code = ExitCode.BAD_INPUT if isinstance(error, ValueError) else ExitCode.PROCESS_FAILED
+        return any(node.is_done() for node in nodes)
     finally:
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
-    return code
 
 
-def prepare_environment() -> None:
-    """Keep DDS on this machine and let it find and acknowledge quickly; what is set already stays.
-
-    For this process and those that it starts. The profile is Fast DDS's (`fastdds.xml`); other DDS
-    do not look at it.
-    """
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(FASTDDS_PROFILE))
-
-
-def check_domain() -> None:
-    """Raise ConfigError where ROS_DOMAIN_ID is no DDS domain; rclpy would print a traceback."""
-    domain = os.environ.get('ROS_DOMAIN_ID', '')
-    if domain and not (domain.isdecimal() and int(domain) <= HIGHEST_DOMAIN):
-        raise ConfigError(
-            f'ROS_DOMAIN_ID = {domain!r} is not allowed; it must be a whole number from 0 to '
-            f'{HIGHEST_DOMAIN}'
-        )
+def _warn_about_strangers(known: set[int]) -> set[int]:
+    """Warn about users, other than the known ones, with whom no data is exchanged; return all."""
+    users = set(dds.other_users())
+    if users - known:
+        sys.stderr.write(f'warning: {dds.warning_about(users)}\n')
+    return users | known
 
 
 def namespace_arguments(namespace: str) -> list[str]:
@@ -321,8 +327,8 @@ def namespace_arguments(namespace: str) -> list[str]:
     return ['--ros-args', *(word for rule in rules for word in ('-r', rule))]
 
 
-def _initialise(arguments: Sequence[str] | None) -> None:
-    check_domain()
+def initialise(arguments: Sequence[str] | None = None) -> None:
+    """Start rclpy, which leaves the signals to us; raises ConfigError."""
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here

@@ -15,10 +15,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.ros import Node
 from rotor_interfaces.topics import Topic
 
 RUN_ID = 'run of this node, which then hears only the nodes of the same run; empty: hears everybody'

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import ROS, MessageFactory, header, stamp_ns
+from rotor_interfaces.messages import NANOSECONDS, ROS, MessageFactory, header, stamp_ns
 
 DISPLACEMENT_COLUMNS = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
 ACCELERATION_COLUMNS = ('brg1_ay', 'brg1_az', 'brg2_ay', 'brg2_az')
@@ -140,13 +140,18 @@ def decode(message: Any) -> WaveformBlock:
     """Return the block of a PointCloud2 of either world; the rows are a view, not a copy.
 
     Raises:
-        WireError: big-endian, inconsistent sizes, unknown types, arrays in a column, columns
+        WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a column, columns
             that repeat or overlap the end of a row, or more than MOST_ROWS, MOST_COLUMNS,
             LONGEST_ROW or LONGEST_NAME.
 
     """
     if message.is_bigendian:
         raise WireError('is_bigendian is true; a waveform block is little-endian')
+    if message.header.stamp.nanosec >= NANOSECONDS:
+        raise WireError(
+            f'the stamp has {message.header.stamp.nanosec} ns beside its seconds; allowed: up to '
+            f'{NANOSECONDS - 1}'
+        )
     count = int(message.width) * int(message.height)
     step = int(message.point_step)
     if len(message.data) != count * step or step <= 0:

@@ -27,6 +27,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces import machine_code
 from rotor_sim.breathing import breathing_polynomial
 from rotor_sim.parameters import RotorParameters
 
@@ -112,7 +113,7 @@ class _Decorator(Protocol):
 
 
 _OPTIONS: dict[str, Any] = {
-    'cache': True,
+    'cache': machine_code.can_be_kept(__file__),
     'fastmath': False,
     'error_model': 'numpy',
     'nogil': True,

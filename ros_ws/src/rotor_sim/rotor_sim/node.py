@@ -11,12 +11,11 @@ import sys
 import time
 from typing import Any
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError, DataError, RigError
 from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
 from rotor_interfaces.plain_data import parse_json
+from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig

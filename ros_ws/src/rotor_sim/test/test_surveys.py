@@ -33,6 +33,7 @@ from rotor_sim.analysis import (
     sweep,
     waterfall,
 )
+from rotor_sim.analysis.ensemble import Ensemble
 from rotor_sim.errors import AnalysisError
 from rotor_sim.parameters import GRAVITY_M_S2, VARIANTS
 
@@ -46,7 +47,7 @@ SHORT = Plan(10, 20, exponent_revolutions=50, highest_order=4.0)
 ARRAYS = [
     field.name
     for field in dataclasses.fields(Survey)
-    if field.name not in {'points', 'plan', 'label'}
+    if field.name not in {'points', 'plan', 'label', 'reason'}
 ]
 
 
@@ -61,6 +62,7 @@ def assert_same(found: Survey, expected: Survey) -> None:
     assert found.points == expected.points
     assert found.plan == expected.plan
     assert found.label.tolist() == expected.label.tolist()
+    assert found.reason.tolist() == expected.reason.tolist()
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), name)
 
@@ -519,10 +521,20 @@ def test_divergence_is_a_row_of_nan_and_its_neighbours_do_not_feel_it() -> None:
     lost = np.array([k == 0.3 for k in crack])
     assert np.array_equal(found.label == 'diverged', lost)
     per_point = set(ARRAYS) - {'orders', 'converged', 'steps_per_revolution', 'naive_exponent'}
-    for name in per_point:
+    for name in per_point - {'diverged_at'}:
         values = getattr(found, name).reshape(6, -1)
         assert np.isnan(values[lost]).all(), name
         assert np.isfinite(values[~lost]).all(), name
+    # a single trajectory, looked at 64 times a revolution: how many stay within 1000 deflections
+    alone = Ensemble(found.points[1:2], 256)
+    farthest = 1000.0 * figure.length_scale_m
+    within = 0
+    while np.abs(alone.advance(1, 64)[0, :, :2]).max() <= farthest:
+        within += 1
+    assert 0 < within < 100
+    assert found.diverged_at[lost].tolist() == [within, within]
+    assert np.isnan(found.diverged_at[~lost]).all()
+    assert set(found.reason[lost]) == {f'left the model in revolution {within}'}
     assert np.isnan(found.naive_exponent[lost]).all()
     assert not found.converged[lost].any()
 

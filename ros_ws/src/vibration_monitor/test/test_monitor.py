@@ -219,7 +219,7 @@ def test_a_dead_sensor_gives_no_numbers() -> None:
         assert np.isnan(dead).all()
         assert record.value('disk_y/rms') > 0
     assert record.alarm.level is Level.STALE
-    assert 'disk_z/ratio_2_1 has no valid value' in record.alarm.reasons[0]
+    assert 'disk_z/ratio_2_1: no valid value' in record.alarm.reasons[0]
 
 
 def test_ratios_are_floored_and_the_floor_is_published() -> None:

@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces import machine_code
 from vibration_monitor.spectrum import BLACKMAN_HARRIS
 
 Function = TypeVar('Function', bound=Callable[..., Any])
@@ -26,7 +27,11 @@ class _Decorator(Protocol):
     def __call__(self, function: Function, /) -> Function: ...
 
 
-_OPTIONS: dict[str, Any] = {'cache': True, 'fastmath': False, 'error_model': 'numpy'}
+_OPTIONS: dict[str, Any] = {
+    'cache': machine_code.can_be_kept(__file__),
+    'fastmath': False,
+    'error_model': 'numpy',
+}
 _jit: _Decorator = numba.njit(**_OPTIONS)
 
 PIECE = 512

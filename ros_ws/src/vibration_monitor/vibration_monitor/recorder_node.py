@@ -7,11 +7,10 @@ import time
 from functools import partial
 from typing import Any
 
-from rclpy.node import Node
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
+from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.recording import FLUSH_PERIOD_S, RecordingWriter

@@ -37,7 +37,7 @@ def raw_stamp_ns(topic: Topic, data: bytes) -> int:
     is_little_endian = data[1] & 1
     layout = '<iI' if is_little_endian else '>iI'
     seconds, nanoseconds = struct.unpack_from(layout, data, _STAMP_AT)
-    return max(int(seconds) * NANOSECONDS + int(nanoseconds), 0)
+    return max(int(seconds) * NANOSECONDS + min(int(nanoseconds), NANOSECONDS - 1), 0)
 
 
 class SampleIndexReader:

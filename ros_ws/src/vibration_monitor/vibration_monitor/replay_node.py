@@ -10,13 +10,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
 from rotor_interfaces import messages, ros, topics
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.ros import (
+    DurabilityPolicy,
+    InvalidTopicNameException,
+    Node,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import Connection
 from vibration_monitor.reading import RecordedMessage, Recording

@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import rerun as rr
-from rclpy.node import Node
 
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, RunTopics
 from rotor_interfaces.topics import Topic
 from vibration_monitor.view import viewer
+from vibration_monitor.view.file import ViewFile
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.viewer import Viewer, ViewError
 
@@ -47,6 +48,7 @@ class ViewerNode(Node):  # type: ignore[misc]
         self._second = 0
         self._blocks = 0
         self._runs = 0
+        self._files: list[ViewFile] = []
         self._view = RigView(self._connect)
         for topic in SHOWN_TOPICS:
             run.subscription(
@@ -63,12 +65,14 @@ class ViewerNode(Node):  # type: ignore[misc]
         file = Path(self._file)
         if self._runs > 1:
             file = file.with_stem(f'{file.stem}_{self._runs}')
-        stream.save(file)
+        self._files.append(ViewFile(stream, file))
 
     def _on_message(self, topic: Topic, message: Any) -> None:
         if not self.is_done() and (topic != topics.WAVEFORM or self._has_time()):
             stamp_ns = 0 if topic == topics.CONFIG else messages.stamp_ns(message)
             self._view.push(topic, stamp_ns, message)
+            for file in self._files:
+                file.check()
 
     def _has_time(self) -> bool:
         """Count a block; say no to all that come after the budget of this second of the clock."""
@@ -92,6 +96,8 @@ class ViewerNode(Node):  # type: ignore[misc]
             if self._viewer is not None:
                 self._viewer.close()  # else rerun waits for it without end
             raise
+        for file in self._files:
+            file.close()
         if self._viewer is not None:
             self._viewer.leave_open()
 

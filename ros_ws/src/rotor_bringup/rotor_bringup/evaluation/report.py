@@ -13,6 +13,7 @@ from typing import Any
 
 from rich.table import Table
 
+from rotor_bringup.console import folding_table
 from rotor_bringup.dataset.folder import write_whole
 from rotor_bringup.evaluation.outcome import Evaluated, FlightResult
 from rotor_bringup.evaluation.summary import GOAL_CRACK, GOAL_GROWTH, summary
@@ -92,11 +93,13 @@ def save(content: Mapping[str, Any], folder: Path) -> None:
 def tables(content: Mapping[str, Any]) -> list[Table]:
     """Return what a person wants to see first."""
     found: Mapping[str, Mapping[str, Any]] = content['detectors']
-    head = Table('', *found)
+    head = folding_table('', *found)
     columns = [cells(numbers) for numbers in found.values()]
     for row in columns[0]:
         head.add_row(row, *(column[row] for column in columns))
-    by_depth = Table('', *found, title='AUC by depth of the crack, where the load factor varies')
+    by_depth = folding_table(
+        '', *found, title='AUC by depth of the crack, where the load factor varies'
+    )
     depths = sorted(
         {k for n in found.values() for k in n['auc_by']['crack_stiffness_ratio']}, key=float
     )

@@ -13,6 +13,7 @@ import numpy as np
 
 from rotor_bringup.paper import judging
 from rotor_bringup.paper.claim import Claim
+from rotor_bringup.paper.claims_behaviour import behaviour_claims
 from rotor_bringup.paper.claims_swept import swept_claims
 from rotor_bringup.paper.figures import (
     RESONANCE_LOAD_FACTOR,
@@ -22,12 +23,13 @@ from rotor_bringup.paper.judging import Judgement, Results
 
 
 def claims(facts: Facts) -> tuple[Claim, ...]:
-    """Return a claim for everything that `facts` states, in the order of the figures."""
+    """Return the claims that `facts` states."""
     return (
         *_resonances(facts),
         *_super_harmonics(facts['fig5_6']),
         *(claim for index, row in enumerate(facts['fig7_10']) for claim in _motion(index, row)),
         *swept_claims(facts),
+        *behaviour_claims(facts),
     )
 
 

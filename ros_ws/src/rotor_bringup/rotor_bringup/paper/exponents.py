@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from rotor_bringup.paper.judging import (
     MOST,
@@ -30,6 +31,12 @@ POSITIVE_RULE = (
 
 ALMOST_NONE, FEW = 0.05, 0.2
 """Largest share of values that the words 'almost no' and 'partly' allow."""
+
+PEAK = EXPONENT_SCATTER
+"""Least prominence of a peak of an exponent over a parameter."""
+
+SEVERAL = 3
+"""Least number that the word means."""
 
 ONSET = 0.05
 """Distance of our first chaotic value from the paper's, over the range of the diagram."""
@@ -117,6 +124,63 @@ def _hardly_positive(each: list[Survey], allowed: float) -> Judgement:
     )
     value = {'share_positive': share, 'largest': largest}
     return Judgement(graded(share <= allowed, share <= allowed + FEW), why, value)
+
+
+def peaks(survey: Survey, x: FloatArray, *, near_zero: bool = False) -> Judgement:
+    """Judge whether the exponent has several peaks over x, or several that come near zero."""
+    return _both_ways(lambda each: _peaks(each[0], x, near_zero=near_zero), [survey])
+
+
+def _peaks(survey: Survey, x: FloatArray, *, near_zero: bool) -> Judgement:
+    finite = np.isfinite(survey.exponent)
+    exponent, x = survey.exponent[finite], x[finite]
+    height = (-EXPONENT_SCATTER, None) if near_zero else None
+    at, _ = find_peaks(exponent, prominence=PEAK, height=height)
+    largest = float(np.max(exponent[at], initial=-np.inf)) if at.size else np.nan
+    where = f'peaks that come within {EXPONENT_SCATTER:g} of zero' if near_zero else 'peaks'
+    why = f'{at.size} {where}' + (f', the highest {largest:.4f}' if at.size else '')
+    verdict = graded(at.size >= SEVERAL, at.size >= 1)
+    return Judgement(verdict, why, {'peaks': int(at.size), 'highest': largest})
+
+
+def less_stable(loaded: Survey, unloaded: Survey) -> Judgement:
+    """Judge whether exponents under load are larger and more often positive than without."""
+    return _both_ways(lambda each: _less_stable(*each), [loaded, unloaded])
+
+
+def _less_stable(loaded: Survey, unloaded: Survey) -> Judgement:
+    share, largest = {}, {}
+    for name, survey in (('loaded', loaded), ('unloaded', unloaded)):
+        finite = np.isfinite(survey.exponent)
+        share[name] = _share(positive(survey), finite)
+        largest[name] = float(np.max(survey.exponent[finite], initial=-np.inf))
+    larger = largest['loaded'] > largest['unloaded']
+    oftener = share['loaded'] > share['unloaded']
+    why = (
+        f'largest exponent {largest["loaded"]:.4f} with the load and {largest["unloaded"]:.4f} '
+        f'without; positive at {100 * share["loaded"]:.0f} % and {100 * share["unloaded"]:.0f} % '
+        'of the values'
+    )
+    value = {'largest': largest, 'share_positive': share}
+    return Judgement(graded(larger and oftener, larger or oftener), why, value)
+
+
+def grows_with(survey: Survey, x: FloatArray) -> Judgement:
+    """Judge whether the exponent is larger in the last third of x than in the first."""
+    return _both_ways(lambda each: _grows_with(each[0], x), [survey])
+
+
+def _grows_with(survey: Survey, x: FloatArray) -> Judgement:
+    finite = np.isfinite(survey.exponent)
+    low, high = np.quantile(x, (1.0 / 3.0, 2.0 / 3.0))
+    means = [
+        float(survey.exponent[finite & part].mean()) if (finite & part).any() else float('nan')
+        for part in (x <= low, x >= high)
+    ]
+    rise = means[1] - means[0]
+    why = f'mean exponent {means[0]:.4f} in the first third and {means[1]:.4f} in the last'
+    verdict = graded(rise > EXPONENT_SCATTER, rise > 0.0)
+    return Judgement(verdict, why, {'first_third': means[0], 'last_third': means[1]})
 
 
 def _share(which: BoolArray, among: BoolArray) -> float:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rotor_bringup.paper.figures import Diagram
 from rotor_sim.analysis import Survey
+from rotor_sim.analysis.labels import CHANGES
 from rotor_sim.analysis.surveys import HARMONICS
 
 AGREES, PARTLY, DOES_NOT = 'agrees', 'partly', 'does not'
@@ -30,8 +31,10 @@ TICK_SLACK = 0.1
 """How far beyond its outer ticks an axis may go, over the distance between them: the section of
 Fig. 7 reaches 4.62 in a portrait whose last tick is 4.6 of a span of 0.6."""
 
-TICK_FILL = 0.25
-"""Least part of the ticks that a curve fills: for a smaller one the axis had been narrower."""
+TICK_FILL = 0.5
+"""Least part of the ticks that a curve fills. Axes fitted to a curve end at the first tick beyond
+it, with steps of 1, 2 or 5 times a power of ten: for a curve that fills less than half of the axis
+the next finer step, half or two fifths as wide, had given a narrower one."""
 
 TICK_OVERLAP = 0.1
 """Least common part of two ranges, over their union, that counts as partly the same."""
@@ -207,18 +210,33 @@ def labels(survey: Survey, x: FloatArray, wanted: str, values: Sequence[float]) 
     found = {f'{value:g}': str(survey.label[row]) for value, row in zip(values, rows, strict=True)}
     right = sum(label == wanted for label in found.values())
     each = ', '.join(
-        f'{value} {found[value]} ({survey.exponent[row]:.4f})'
-        for value, row in zip(found, rows, strict=True)
+        f'{value} {found[value]} ({_evidence(survey, row)})'
+        for value, row in zip(found, rows.tolist(), strict=True)
     )
     why = f'{right} of {len(found)} are {wanted} (label, exponent): {each}'
-    return Judgement(graded(right == len(found), right > 0), why, {'labels': found})
+    reasons = {
+        value: str(survey.reason[row])
+        for value, row in zip(found, rows, strict=True)
+        if survey.reason[row]
+    }
+    value = {'labels': found, 'reasons': reasons}
+    return Judgement(graded(right == len(found), right > 0), why, value)
+
+
+def _evidence(survey: Survey, row: int) -> str:
+    """Return the exponent of a point, or in which revolution it diverged."""
+    if survey.label[row] == 'diverged':
+        return f'in revolution {survey.diverged_at[row]:.0f}'
+    changes = f'; {CHANGES}' if str(survey.reason[row]).startswith(CHANGES) else ''
+    return f'{survey.exponent[row]:.4f}{changes}'
 
 
 def one_motion(survey: Survey, wanted: str) -> Judgement:
     """Judge the label of a single point; a motion that is regular in another way is partly it."""
     label, exponent = str(survey.label[0]), float(survey.exponent[0])
     regular = label in {'periodic', 'quasi-periodic'} and wanted != 'chaotic'
-    why = f'labelled {label}, exponent {exponent:.4f} +- {survey.standard_error[0]:.4f}'
+    because = f' ({survey.reason[0]})' if survey.reason[0] else ''
+    why = f'labelled {label}{because}, exponent {exponent:.4f} +- {survey.standard_error[0]:.4f}'
     value = {'label': label, 'exponent': exponent}
     return Judgement(graded(label == wanted, regular), why, value)
 
@@ -247,8 +265,30 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
         if sweeps is not None
         else ''
     )
-    value = {'largest_step': step, 'largest_hysteresis': apart}
+    value = {'largest_step': step, 'outstanding': outstanding, 'largest_hysteresis': apart}
     return Judgement(graded(full, part), why, value)
+
+
+def no_jump(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
+    """Judge whether the orbit diagram does not jump, by the measures of `jumps`."""
+    found = jumps(z, x, sweeps)
+    apart = found.value['largest_hysteresis'] if sweeps is not None else 0.0
+    step = found.value['largest_step']
+    if np.isfinite(step) and not found.value['outstanding']:
+        step = 0.0  # chaos changes always
+    verdict = graded(step < STEP and apart < STEP, step < JUMP and apart < JUMP)
+    return Judgement(verdict, found.why, found.value)
+
+
+def mostly(surveys: Sequence[Survey], wanted: str, *, full: float, part: float) -> Judgement:
+    """Judge whether the share `full` of all motions carries the label `wanted`."""
+    found = np.concatenate([survey.label for survey in surveys])
+    share = float(np.mean(found == wanted))
+    names, counts = np.unique(found, return_counts=True)
+    counted = {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+    each = ', '.join(f'{count} {name}' for name, count in counted.items())
+    why = f'{100 * share:.0f} % of {found.size} motions are {wanted}: {each}'
+    return Judgement(graded(share >= full, share >= part), why, {'labels': counted})
 
 
 def _difference(apart: float, where: float) -> str:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computing, drawing and judging the figures: group by group, variant by variant.
 
-Figures that show the same diagrams form a group and share its surveys. Only the results of one
-group and variant are in memory at a time.
+Figures that show the same diagrams, or that one claim compares, form a group and share its surveys.
+Only the results of one group and variant are in memory at a time.
 """
 
 import concurrent.futures
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_bringup.paper import panels
-from rotor_bringup.paper.claim import Verdict
+from rotor_bringup.paper.claim import Claim, Verdict
 from rotor_bringup.paper.claims import claims
 from rotor_bringup.paper.data import arrays, rows_shown
 from rotor_bringup.paper.figures import (
@@ -108,9 +108,10 @@ def make(
     """
     facts = load_facts()
     every = diagrams(facts)
-    groups = _groups([figures(facts)[number] for number in numbers])
+    judged = claims(facts)
+    groups = _groups([figures(facts)[number] for number in numbers], judged)
     total = len(variants) * sum(
-        _points(every[key], settings) for group in groups for key in group[0].diagrams
+        _points(every[key], settings) for group in groups for key in _diagrams(group)
     )
     done = 0
 
@@ -126,13 +127,13 @@ def make(
     for group in groups:
         for variant in variants:
             began, found = time.perf_counter(), work.cache.found
-            results = _compute({key: every[key] for key in group[0].diagrams}, variant, work)
+            results = _compute({key: every[key] for key in _diagrams(group)}, variant, work)
             took = time.perf_counter() - began if work.cache.found == found else None
             made += [
                 _picture(figure, results, variant, out=out, took=took, group=group)
                 for figure in group
             ]
-            for claim in claims(facts):
+            for claim in judged:
                 verdict = claim.evaluate(results)
                 if verdict is not None:
                     verdicts.setdefault(claim.name, {})[variant] = verdict
@@ -140,12 +141,22 @@ def make(
     return Outcome(tuple(made), verdicts)
 
 
-def _groups(chosen: Iterable[Figure]) -> list[list[Figure]]:
-    """Return figures that show the same diagrams together, in order."""
-    groups: dict[tuple[str, ...], list[Figure]] = {}
-    for figure in chosen:
-        groups.setdefault(figure.diagrams, []).append(figure)
-    return list(groups.values())
+def _groups(chosen: Sequence[Figure], judged: Iterable[Claim]) -> list[list[Figure]]:
+    """Return together the figures that show the same diagrams or that one claim compares."""
+    groups = [[figure] for figure in chosen]
+    shown = [set(figure.diagrams) for figure in chosen]
+    for keys in (*shown, *(set(claim.needs) for claim in judged)):
+        linked = [group for group in groups if keys & set(_diagrams(group))]
+        if len(linked) > 1:
+            at = groups.index(linked[0])
+            groups = [group for group in groups if group not in linked]
+            groups.insert(at, [figure for group in linked for figure in group])
+    return groups
+
+
+def _diagrams(group: Iterable[Figure]) -> tuple[str, ...]:
+    """Return the keys of all diagrams of a group, without repetition."""
+    return tuple(dict.fromkeys(key for figure in group for key in figure.diagrams))
 
 
 def _points(diagram: Diagram, settings: Settings) -> int:
@@ -230,6 +241,8 @@ def _paths(diagram: Diagram, variant: str, work: _Work) -> list[Motion]:
             load_factor=point.load_factor,
             transient_revolutions=transient,
             revolutions=SERIES_REVOLUTIONS,
+            exponent_revolutions=0,
+            check_steps=False,
         )
         y, z = section.orbit_y, section.orbit_z
         tau = start + turn * np.arange(y.size) / y.shape[1]

@@ -40,6 +40,12 @@ run described below; do not edit it. What it costs: [performance](performance.md
 rotor-rig {version} on {machine}, {cores} cores, Python {python}, {packages}; {at}. {settings}.
 It took {wall_s:.0f} s{cache}. The report itself: [validation.json](validation.json).
 
+## What is judged
+
+{selection}
+
+{not_judged}
+
 | variant | what it is | agrees | partly | does not |
 | --- | --- | --- | --- | --- |
 {summary}
@@ -121,6 +127,8 @@ def page(content: Mapping[str, Any]) -> str:
         settings=_capital(settings_text(content['settings'])),
         wall_s=content['wall_s'],
         cache=cache_text(content),
+        selection=content['selection'],
+        not_judged='\n'.join(f'- {what}' for what in content['not_judged']),
         summary=summary,
     )
     return '\n'.join([head, *(_figure(content, number) for number in numbers(content))])

@@ -26,6 +26,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces import machine_code
+
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -81,7 +83,7 @@ class _Decorator(Protocol):
 
 
 _OPTIONS: dict[str, Any] = {
-    'cache': True,
+    'cache': machine_code.can_be_kept(__file__),
     'fastmath': {'reassoc', 'contract', 'arcp', 'nsz'},
     'error_model': 'numpy',
     'nogil': True,

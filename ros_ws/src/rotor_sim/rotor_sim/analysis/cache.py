@@ -29,10 +29,11 @@ _MODEL_SOURCES = (
     'parameters.py',
     *(
         f'analysis/{name}.py'
-        for name in ('_lanes', 'ensemble', 'lyapunov', 'motion', 'surveys', 'continuations')
+        for name in ('_lanes', 'ensemble', 'lyapunov', 'surveys', 'continuations')
     ),
 )
-"""What the numbers of an analysis depend on; a change of any of it makes all keys new."""
+"""What the numbers of an analysis depend on; a change of any of it makes all keys new. Labels are
+made from the numbers whenever they are asked for."""
 
 _DAMAGE = (
     OSError,

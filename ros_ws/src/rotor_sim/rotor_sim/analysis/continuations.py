@@ -19,10 +19,12 @@ from rotor_sim.analysis.surveys import (
     SAMPLES,
     Plan,
     Survey,
+    departure,
     diverged,
-    judge,
     of_arrays,
+    settle,
     summarise,
+    unchecked,
 )
 from rotor_sim.errors import AnalysisError
 
@@ -52,19 +54,23 @@ def follow(
     found: list[Arrays] = []
     for column in zip(*sweeps, strict=True):
         ensemble = Ensemble(column, steps, states, revolution)
-        ensemble.advance(plan.transient_revolutions)
+        left = settle(ensemble, plan.transient_revolutions)
         record = ensemble.advance(plan.revolutions, SAMPLES)
-        states, revolution = ensemble.states, ensemble.revolution
+        left = np.fmin(left, departure(column, record, revolution + plan.transient_revolutions))
+        states = ensemble.states
+        left = np.fmin(left, ensemble.revolution)
         failed = diverged(column, record, states)
+        left = np.where(failed, left - revolution, np.nan)
+        revolution = ensemble.revolution
         record[failed] = np.nan
         for lost in np.flatnonzero(failed):
             states[lost] = fixed_start(column[lost].parameters)
         with np.errstate(all='ignore'):  # NaN says what diverged
-            found.append(summarise(column, record, plan.highest_order))
+            found.append(summarise(column, record, plan.highest_order) | {'diverged_at': left})
     surveys = []
     for number, points in enumerate(sweeps):
         arrays = {name: np.stack([part[name][number] for part in found]) for name in found[0]}
         for name in ('exponent', 'standard_error', 'naive_exponent'):
             arrays[name] = np.full(len(points), np.nan)
-        surveys.append(of_arrays(points, plan, arrays | judge(arrays, steps)))
+        surveys.append(of_arrays(points, plan, arrays | unchecked(len(points), steps)))
     return surveys

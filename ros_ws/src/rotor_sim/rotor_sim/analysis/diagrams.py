@@ -27,8 +27,8 @@ from rotor_sim.analysis.ensemble import (
     checked_start,
     steps_needed,
 )
+from rotor_sim.analysis.labels import judge, label_motions
 from rotor_sim.analysis.lyapunov import estimate, two_trajectory_growth
-from rotor_sim.analysis.motion import classify
 from rotor_sim.analysis.surveys import (
     ALIASES,
     ALIGNMENT,
@@ -37,6 +37,8 @@ from rotor_sim.analysis.surveys import (
     Progress,
     Survey,
     diverged,
+    run_chunk,
+    settle,
     survey,
     sweep,
     tangent_growth,
@@ -62,9 +64,10 @@ class OrbitDiagram:
     """Stroboscopic displacements of the disk over a parameter.
 
     `values` (n,) of `over` in `unit`; `y`, `z` (n, revolutions) in m at tau = 2 pi j;
-    `length_scale_m` (n,); `label` (n,) of the motion; `converged` (n,): the same with half the
-    step (never for a continuation, which is not repeated); `direction`: 'fixed', the same start
-    at every value, or continuation 'up' or 'down' the values, each from where the last ended.
+    `length_scale_m` (n,); `label` (n,) of the motion and `reason` (n,) why it is undecided or
+    diverged; `converged` (n,): the same with half the step (never for a continuation, which is
+    not repeated); `direction`: 'fixed', the same start at every value, or continuation 'up' or
+    'down' the values, each from where the last ended.
     """
 
     over: str
@@ -74,6 +77,7 @@ class OrbitDiagram:
     z: Array
     length_scale_m: Array
     label: NDArray[np.str_]
+    reason: NDArray[np.str_]
     converged: NDArray[np.bool_]
     steps_per_revolution: NDArray[np.int64]
     direction: Direction
@@ -103,7 +107,10 @@ class Waterfall:
 
 @dataclass(frozen=True)
 class LyapunovDiagram:
-    """Largest exponents (n,) per unit tau over a parameter, standard errors, motion's labels."""
+    """Largest exponents (n,) per unit tau over a parameter, standard errors, motion's labels.
+
+    `reason` (n,) says why a motion is undecided or diverged.
+    """
 
     over: str
     unit: str
@@ -113,6 +120,7 @@ class LyapunovDiagram:
     exponent_difference: Array
     converged: NDArray[np.bool_]
     label: NDArray[np.str_]
+    reason: NDArray[np.str_]
 
 
 @dataclass(frozen=True)
@@ -142,6 +150,8 @@ class LyapunovExponent:
     `running` (revolutions kept,): the estimate as it settles. `spectrum` (12,) in descending
     order and `spectrum_standard_error`, or None if not asked for; the direction of time is not in
     it. Its sum is -8 xi (1 + m/m_b), the trace of eq. (6), up to what RK4 damps of its own.
+    `diverged_at`: revolution after the start at which the motion left the model, None if it did
+    not; without it NaN means that the growth was lost in rounding.
     """
 
     exponent: float
@@ -149,11 +159,16 @@ class LyapunovExponent:
     running: Array
     spectrum: Array | None = None
     spectrum_standard_error: Array | None = None
+    diverged_at: int | None = None
 
 
 @dataclass(frozen=True)
 class PoincareSection:
-    """A motion's section at tau = 2 pi j (revolutions,) and orbit (revolutions, 64), m and m/s."""
+    """A motion's section at tau = 2 pi j (revolutions,) and orbit (revolutions, 64), m and m/s.
+
+    `label`, `reason`, `diverged_at`, `difference` and `converged` as in a Survey; `evidence`: see
+    `motion`.
+    """
 
     y: Array
     z: Array
@@ -165,7 +180,11 @@ class PoincareSection:
     orbit_velocity_z: Array
     length_scale_m: float
     label: str
+    reason: str
+    diverged_at: float
     evidence: dict[str, Any]
+    difference: float
+    converged: bool
 
 
 def orbit_diagram(
@@ -206,6 +225,7 @@ def orbit_diagram(
         found.z,
         found.length_scale_m,
         found.label,
+        found.reason,
         found.converged,
         found.steps_per_revolution,
         direction,
@@ -330,6 +350,7 @@ def lyapunov_diagram(
         found.exponent_difference,
         found.converged,
         found.label,
+        found.reason,
     )
 
 
@@ -442,7 +463,7 @@ def lyapunov_exponent(
     steps = steps_needed(point, plan.steps_per_revolution)
     check_breathing(point)
     ensemble = Ensemble([point], steps, checked_start(initial_state))
-    ensemble.advance(plan.transient_revolutions)
+    left = settle(ensemble, plan.transient_revolutions)
     start, revolution = ensemble.states, ensemble.revolution
     if method == 'two_trajectories' and (spectrum or not saltation):
         raise AnalysisError('spectrum and saltation belong to the tangent; leave them out')
@@ -454,9 +475,14 @@ def lyapunov_exponent(
         raise AnalysisError(
             f"method = {method!r} is not known; it must be 'tangent' or 'two_trajectories'"
         )
+    if method == 'two_trajectories':
+        ensemble.advance(revolutions)
     last = ensemble.advance(1, SAMPLES)
+    diverged_at = None
     if diverged([point], last, start)[0] or diverged([point], last, ensemble.states)[0]:
-        logs = np.full_like(logs, np.nan)
+        again = Ensemble([point], steps, start, revolution)
+        left = np.fmin(left, settle(again, revolutions + 1))
+        logs, diverged_at = np.full_like(logs, np.nan), int(left[0])
     estimated = functools.partial(
         estimate,
         interval_length=2.0 * math.pi,
@@ -467,6 +493,8 @@ def lyapunov_exponent(
     if spectrum:
         crowd = Ensemble([point] * 12, steps, start, revolution)
         logs = tangent_growth(crowd, revolutions, directions=12, saltation=saltation)
+        if diverged_at is not None:
+            logs[:] = np.nan
         everything = estimated(logs[:, 0])
         # QR leaves nearly equal ones in any order
         order = np.argsort(-everything.exponent)
@@ -477,6 +505,7 @@ def lyapunov_exponent(
         largest.running,
         exponents,
         errors,
+        diverged_at,
     )
 
 
@@ -508,24 +537,35 @@ def poincare_section(
     transient_revolutions: int = 1000,
     revolutions: int = 300,
     steps_per_revolution: int = 256,
+    exponent_revolutions: int = 500,
+    check_steps: bool = True,
     initial_state: ArrayLike | None = None,
 ) -> PoincareSection:
-    """Return the section at tau = 2 pi j, the orbit between, and the motion's label (no exponent).
+    """Return the section at tau = 2 pi j, the orbit between, and the motion's label.
 
-    `evidence` holds the numbers behind the label, see `motion`.
+    The label rests on the section, on the exponent over the next `exponent_revolutions` and, with
+    `check_steps`, on both at 2N steps. Without an exponent (0) no motion is called chaotic.
     """
-    Plan(transient_revolutions, revolutions, steps_per_revolution)
+    plan = Plan(
+        transient_revolutions,
+        revolutions,
+        steps_per_revolution,
+        exponent_revolutions,
+        check_steps=check_steps,
+    )
     point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
     check_breathing(point)
-    steps = steps_needed(point, steps_per_revolution)
-    ensemble = Ensemble([point], steps, checked_start(initial_state))
+    start = checked_start(initial_state)
+    ensemble = Ensemble([point], steps_needed(point, steps_per_revolution), start)
     ensemble.advance(transient_revolutions)
     record = ensemble.advance(revolutions, SAMPLES)
-    record[diverged([point], record, ensemble.states)] = np.nan
+    measured = run_chunk([point], plan, start)
+    found = label_motions(measured)
+    if found['label'][0] == 'diverged':
+        record[:] = np.nan
+    evidence = judge(measured).evidence
     orbit = record[0].reshape(revolutions, SAMPLES, 4)
     section = orbit[:, 0]
-    nothing = np.full(1, np.nan)
-    motion = classify(section[np.newaxis, :, 0], section[np.newaxis, :, 1], nothing, nothing)
     y, z, velocity_y, velocity_z = section.T
     orbit_y, orbit_z, orbit_velocity_y, orbit_velocity_z = orbit.transpose(2, 0, 1)
     return PoincareSection(
@@ -538,8 +578,12 @@ def poincare_section(
         orbit_velocity_y,
         orbit_velocity_z,
         length_scale_m=parameters.length_scale_m,
-        label=str(motion.label[0]),
-        evidence={name: value[0].item() for name, value in motion.evidence.items()},
+        label=str(found['label'][0]),
+        reason=str(found['reason'][0]),
+        diverged_at=float(measured['diverged_at'][0]),
+        evidence={name: value[0].item() for name, value in evidence.items()},
+        difference=float(measured['difference'][0]),
+        converged=bool(measured['converged'][0]),
     )
 
 

@@ -86,10 +86,12 @@ class Motion:
     (largest distance between repetitions over the largest displacement; without a period the
     smallest of all), zero_one (K of z), line_share, return_distance, return_lag, exponent and
     standard_error (as given).
+    reason (n,): why a motion is undecided or diverged, '' for the others.
     """
 
     label: NDArray[np.str_]
     evidence: dict[str, NDArray[Any]]
+    reason: NDArray[np.str_]
 
 
 def zero_one_test(series: Array) -> Array:
@@ -175,16 +177,43 @@ def classify(y: Array, z: Array, exponent: Array, standard_error: Array) -> Moti
     diffusive = k >= DIFFUSION
     irregular = ~regular & (diffusive | (torus.line_share <= CONTINUOUS_SHARE))
     broad = ~regular & diffusive & (torus.line_share <= BROAD_SHARE)
+    calm = (regular & ~positive) | (negative & (k <= NO_DIFFUSION))
+    wild = (irregular & positive) | (broad & ~known)
     label = np.select(
         [
             ~finite,
             (period > 0) & ~positive,
             period > 0,
-            (regular & ~positive) | (negative & (k <= NO_DIFFUSION)),
-            (irregular & positive) | (broad & ~known),
+            calm,
+            wild,
         ],
         ['diverged', 'periodic', 'undecided', 'quasi-periodic', 'chaotic'],
         default='undecided',
+    )
+    reason = np.select(
+        [
+            ~finite,
+            (period > 0) & ~positive,
+            period > 0,
+            calm | wild,
+            regular,
+            np.isnan(k),
+            irregular & negative,
+            irregular & known,
+            irregular,
+        ],
+        [
+            'the section is not finite',
+            '',
+            'the section repeats, but the exponent is positive',
+            '',
+            'the section is regular, but the exponent is positive',
+            f'the section has fewer than {SHORTEST} points',
+            'the section is irregular, but the exponent is negative',
+            'the section is irregular, and the exponent is not told from zero',
+            'the section is irregular, and there is no exponent',
+        ],
+        default='the section is neither clearly regular nor clearly irregular',
     )
     evidence: dict[str, NDArray[Any]] = {
         'period': period,
@@ -196,7 +225,7 @@ def classify(y: Array, z: Array, exponent: Array, standard_error: Array) -> Moti
         'exponent': exponent,
         'standard_error': standard_error,
     }
-    return Motion(label, evidence)
+    return Motion(label, evidence, reason)
 
 
 def _section(y: Array, z: Array) -> Array:

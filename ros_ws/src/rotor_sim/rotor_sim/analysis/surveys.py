@@ -33,8 +33,8 @@ from rotor_sim.analysis.ensemble import (
     kernel_of,
     steps_needed,
 )
+from rotor_sim.analysis.labels import label_motions
 from rotor_sim.analysis.lyapunov import estimate, growth
-from rotor_sim.analysis.motion import classify
 from rotor_sim.errors import AnalysisError
 from rotor_sim.parameters import RotorParameters
 
@@ -64,6 +64,9 @@ MOST_REVOLUTIONS = 4000
 RUNAWAY = 1000.0
 """Static deflections beyond which a trajectory has diverged, if still finite: a bearing that the
 shaft has left by millimetres is no small displacement."""
+
+STRETCH = 100
+"""Revolutions of a transient looked at together: 13 MB for a chunk."""
 
 LARGEST_IN_MEMORY = 64 * 2**20
 """Bytes of one array of a Survey beyond which it lies on disk."""
@@ -130,7 +133,8 @@ class Survey:
     `exponent`, `standard_error` (n,): largest Lyapunov exponent per unit tau, from tangents.
     `naive_exponent` (n,): the same without saltation, which is wrong where f jumps, but is what a
     program finds that does not look for jumps; NaN where f is continuous or no exponent is asked.
-    `label`, `zero_one` (n,): see `motion`.
+    `diverged_at` (n,): revolution after the start at which it left the model; NaN if it did not.
+    `label`, `reason`, `zero_one` (n,): see `labels`.
     `steps_per_revolution` (n,): N as used.
     `difference` (n,): largest change of means and order amplitudes from N to 2N over the larger of
     the static deflection and the largest amplitude; `exponent_difference` likewise, per unit tau.
@@ -153,8 +157,10 @@ class Survey:
     exponent: Array
     standard_error: Array
     naive_exponent: Array
+    diverged_at: Array
     zero_one: Array
     label: NDArray[np.str_]
+    reason: NDArray[np.str_]
     steps_per_revolution: NDArray[np.int64]
     difference: Array
     exponent_difference: Array
@@ -255,10 +261,10 @@ def survey(
 
     def keep(chunk: list[int], part: Arrays) -> None:
         nonlocal done
-        for name in _BY_POINT:
+        for name, values in part.items():
             if name not in arrays:
-                arrays[name] = _room((len(points), *part[name].shape[1:]), part[name].dtype)
-            arrays[name][chunk] = part[name]
+                arrays[name] = _room((len(points), *values.shape[1:]), values.dtype)
+            arrays[name][chunk] = values
         done += len(chunk)
         if on_progress is not None:
             on_progress(done, len(points))
@@ -288,9 +294,12 @@ def survey(
 
 
 def of_arrays(points: Sequence[OperatingPoint], plan: Plan, arrays: Arrays) -> Survey:
-    """Return the survey of points whose arrays are complete."""
+    """Return the survey of points whose arrays are complete; the labels are made here."""
     bins = arrays['amplitude_y'].shape[1]
-    return Survey(tuple(points), plan, orders=np.arange(bins) / plan.revolutions, **arrays)
+    known = {name: values for name, values in arrays.items() if name in _BY_POINT}
+    with np.errstate(all='ignore'):  # a diverged trajectory is NaN, and that is said by NaN
+        known |= label_motions(arrays)
+    return Survey(tuple(points), plan, orders=np.arange(bins) / plan.revolutions, **known)
 
 
 def _room(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -324,16 +333,23 @@ def _batched(items: list[int], size: int) -> list[list[int]]:
 
 
 def run_chunk(points: Sequence[OperatingPoint], plan: Plan, start: Array | None) -> Arrays:
-    """Return the arrays of a Survey by name, (len(points), ...), of points of one kind."""
+    """Return arrays by name, (len(points), ...), of points of one kind: a Survey's but the labels.
+
+    With a check at 2N steps also what the label needs of that run: `finer_y`, `finer_z`,
+    `finer_exponent`, `finer_standard_error`.
+    """
     steps = steps_needed(points[0], plan.steps_per_revolution)
     with np.errstate(all='ignore'):  # a diverged trajectory is NaN, and that is said by NaN
-        arrays = _measure(points, steps, plan, start, finer=False)
-        arrays |= judge(arrays, steps)
+        arrays = _measure(points, steps, plan, start, finer=False) | unchecked(len(points), steps)
         if plan.check_steps:
             finer = _measure(points, 2 * steps, plan, start, finer=True)
             scale = np.array([point.parameters.length_scale_m for point in points])
             arrays |= _compare(arrays, finer, scale, asked=plan.exponent_revolutions > 0)
+            arrays |= {f'finer_{name}': finer[name] for name in _LABELLED_BY}
     return arrays
+
+
+_LABELLED_BY = ('y', 'z', 'exponent', 'standard_error')
 
 
 def _measure(
@@ -345,15 +361,26 @@ def _measure(
     finer: bool,
 ) -> Arrays:
     ensemble = Ensemble(points, steps, start)
-    ensemble.advance(plan.transient_revolutions)
+    left = settle(ensemble, plan.transient_revolutions)
     record = ensemble.advance(plan.revolutions, SAMPLES)
-    failed = diverged(points, record, ensemble.states)
+    states, revolution = ensemble.states, ensemble.revolution
+    left = np.fmin(left, departure(points, record, plan.transient_revolutions))
+    left = np.where(np.isnan(left) & _outside(points, states), revolution, left)
+    failed = diverged(points, record, states)
+    exponent, error = _exponents(ensemble, plan.exponent_revolutions)
+    late = _outside(points, ensemble.states) & ~failed
+    if late.any():
+        again = Ensemble(points, steps, states, revolution)
+        left[late] = settle(again, plan.exponent_revolutions)[late]
+        failed |= late
     record[failed] = np.nan
     arrays = summarise(points, record, 0.0 if finer else plan.highest_order)
-    states, revolution = ensemble.states, ensemble.revolution
-    exponent, error = _exponents(ensemble, plan.exponent_revolutions)
     exponent[failed], error[failed] = np.nan, np.nan
-    arrays |= {'exponent': exponent, 'standard_error': error}
+    arrays |= {
+        'exponent': exponent,
+        'standard_error': error,
+        'diverged_at': np.where(failed, left, np.nan),
+    }
     if not finer:
         naive = np.full(len(points), np.nan)
         jumps = np.array([point.parameters.breathing_jumps for point in points])
@@ -365,12 +392,42 @@ def _measure(
     return arrays
 
 
+def settle(ensemble: Ensemble, revolutions: int) -> Array:
+    """Go on by whole revolutions; return (n,) the revolution at which each left the model.
+
+    Counted as the ensemble counts, NaN for a trajectory that stayed.
+    """
+    left = np.full(len(ensemble.points), np.nan)
+    until = ensemble.revolution + revolutions
+    while ensemble.revolution < until:
+        first = ensemble.revolution
+        record = ensemble.advance(min(STRETCH, until - first), SAMPLES)
+        left = np.fmin(left, departure(ensemble.points, record, first))
+    return np.where(np.isnan(left) & _outside(ensemble.points, ensemble.states), until, left)
+
+
 def diverged(points: Sequence[OperatingPoint], record: Array, states: Array) -> NDArray[np.bool_]:
     """Return whose recording (n, samples, 4) or state after it (n, 12) has left the model."""
+    return np.asarray(_beyond(points, record).any(axis=1) | _outside(points, states))
+
+
+def _outside(points: Sequence[OperatingPoint], states: Array) -> NDArray[np.bool_]:
+    """Return whose state (n, 12) has left the model."""
+    outside = _beyond(points, states[:, np.newaxis])[:, 0]
+    return np.asarray(outside | ~np.isfinite(states).all(axis=1))
+
+
+def _beyond(points: Sequence[OperatingPoint], places: Array) -> NDArray[np.bool_]:
+    """Return which samples (n, samples, 2 or more) of y and z lie beyond RUNAWAY, or nowhere."""
     farthest = RUNAWAY * np.array([point.parameters.length_scale_m for point in points])
-    places = np.concatenate([record[..., :2], states[:, np.newaxis, :2]], axis=1)
-    inside = np.abs(places).max(axis=(1, 2)) <= farthest  # False for NaN
-    return np.asarray(~inside | ~np.isfinite(states).all(axis=1))
+    inside = np.abs(places[..., :2]).max(axis=2) <= farthest[:, np.newaxis]  # False for NaN
+    return np.asarray(~inside)
+
+
+def departure(points: Sequence[OperatingPoint], record: Array, first: int) -> Array:
+    """Return the revolution (n,) in which a recording from revolution `first` on leaves, or NaN."""
+    beyond = _beyond(points, record)
+    return np.where(beyond.any(axis=1), first + beyond.argmax(axis=1) // SAMPLES, np.nan)
 
 
 def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: float) -> Arrays:
@@ -449,13 +506,9 @@ def tangent_growth(
     return growth(advance, ensemble.states[::directions], tangents, revolutions).logs
 
 
-def judge(arrays: Arrays, steps: int) -> Arrays:
-    """Return the labels of measured points, and that nothing was checked with another step."""
-    motion = classify(arrays['y'], arrays['z'], arrays['exponent'], arrays['standard_error'])
-    count = len(arrays['y'])
+def unchecked(count: int, steps: int) -> Arrays:
+    """Return what a Survey says of points that were not computed with another step."""
     return {
-        'label': motion.label,
-        'zero_one': np.asarray(motion.evidence['zero_one']),
         'steps_per_revolution': np.full(count, steps),
         'difference': np.full(count, np.nan),
         'exponent_difference': np.full(count, np.nan),

@@ -11,6 +11,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces import machine_code
+
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -36,7 +38,11 @@ class _Decorator(Protocol):
     def __call__(self, function: Function, /) -> Function: ...
 
 
-_OPTIONS: dict[str, Any] = {'cache': True, 'fastmath': False, 'error_model': 'numpy'}
+_OPTIONS: dict[str, Any] = {
+    'cache': machine_code.can_be_kept(__file__),
+    'fastmath': False,
+    'error_model': 'numpy',
+}
 jit: _Decorator = numba.njit(**_OPTIONS)
 inline: _Decorator = numba.njit(**_OPTIONS, forceinline=True)
 

@@ -23,6 +23,7 @@ from rotor_interfaces.topics import Topic
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
+from vibration_monitor.view.file import ViewFile
 from vibration_monitor.view.monitoring import MONITOR_TOPICS, Monitoring
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
@@ -95,13 +96,12 @@ def convert(recording: Recording, file: Path) -> list[str]:
             f'{recording.path} holds no {topics.WAVEFORM.name}, so there is nothing to view; its '
             f'topics are: {", ".join(recording.topics()) or "none"}{OTHER_NAME}'
         )
-    streams: list[rr.RecordingStream] = []
+    files: list[ViewFile] = []
 
     def connect(stream: rr.RecordingStream) -> None:
-        if streams:
+        if files:
             raise _SecondRunError
-        streams.append(stream)
-        stream.save(file)
+        files.append(ViewFile(stream, file))
 
     config = recording.config()
     computed = _computed(recording, wanted)
@@ -112,12 +112,14 @@ def convert(recording: Recording, file: Path) -> list[str]:
     _tell_what_is_missing(view, wanted, computed)
     if monitoring is not None:
         view.judge_by(monitoring.rules)
-    try:
-        _push_all(view, recording, wanted, monitoring)
-        view.flush()
-    except _SecondRunError:
-        recording.note('a second run begins in this recording; only the first is shown')
-    streams[0].disconnect()
+    with contextlib.closing(files[0]):
+        try:
+            for topic, stamp_ns, message in _all_messages(view, recording, wanted, monitoring):
+                view.push(topic, stamp_ns, message)
+                files[0].check()
+            view.flush()
+        except _SecondRunError:
+            recording.note('a second run begins in this recording; only the first is shown')
     left_out = [*recording.damage, *view.refusals]
     if not view.blocks:
         raise ViewError(
@@ -127,21 +129,20 @@ def convert(recording: Recording, file: Path) -> list[str]:
     return left_out
 
 
-def _push_all(
+def _all_messages(
     view: RigView,
     recording: Recording,
     wanted: Mapping[str, Topic],
     monitoring: Monitoring | None,
-) -> None:
-    """Show all messages, each block followed by what the monitor computes from it."""
+) -> Iterator[tuple[Topic, int, Any]]:
+    """Yield all messages with their stamps, each block followed by what the monitor makes of it."""
     for topic, message in _decoded(recording, wanted):
         accepted = view.refusals
-        view.push(topic, messages.stamp_ns(message), message)
+        yield topic, messages.stamp_ns(message), message
         if monitoring is None or topic != topics.WAVEFORM:
             continue
         try:
-            for outgoing in monitoring.after_block(message):
-                view.push(*outgoing)
+            yield from monitoring.after_block(message)
         except WireError as error:
             if view.refusals == accepted:  # else the view has told it
                 recording.note(f'the monitor leaves out a block of the waveform ({error})')

@@ -1,0 +1,175 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""What DDS and ROS 2 need of the machine: set, and checked before either starts."""
+
+import contextlib
+import ctypes
+import fcntl
+import os
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from rotor_interfaces.errors import ConfigError
+from rotor_interfaces.exit_code import ExitCode
+
+HIGHEST_DOMAIN = 232
+RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
+"""How far nodes find each other; with OFF, ROS's fourth, the processes of a rig would not."""
+FASTDDS_PROFILE = Path(__file__).with_name('fastdds.xml')
+SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 - where Linux has it
+BYTES_A_PROCESS = 2**20
+"""Fast DDS takes 660 KiB, the tracing of ROS 8 KiB."""
+_FIRST_PORT, _PORTS_A_DOMAIN = 7400, 250
+_PORT_FILE = 'fastrtps_port'
+
+
+def require_loadable(processes: int = 1) -> None:
+    """Raise ConfigError where merely importing rclpy would end the process without a sentence."""
+    free = free_shared_memory()
+    if free < processes * BYTES_A_PROCESS:
+        raise ConfigError(
+            f'{SHARED_MEMORY} has {free // 1024} KiB free, and ROS 2 needs '
+            f'{processes * BYTES_A_PROCESS // 1024} KiB there; `fastdds shm clean` removes what '
+            'killed processes have left, and `df` and `ls -l` show what else is in it'
+        )
+    # after the shared memory, which this uses
+    name = os.environ.get('RMW_IMPLEMENTATION', '')
+    if name:
+        try:
+            ctypes.CDLL(f'lib{name}.so')
+        except OSError:
+            raise ConfigError(
+                f'RMW_IMPLEMENTATION = {name!r} is not installed here; unset it, or set '
+                'rmw_fastrtps_cpp'
+            ) from None
+
+
+def exit_unless_loadable() -> None:
+    """End the process with a sentence where importing rclpy would end it without one."""
+    try:
+        require_loadable()
+    except ConfigError as error:
+        sys.stderr.write(f'error: {error}\n')
+        sys.exit(ExitCode.BAD_INPUT)
+
+
+def free_shared_memory() -> int:
+    """Return how many bytes of shared memory are free; no limit where there is none at all.
+
+    Without shared memory Fast DDS takes to UDP; full, it ends the process by SIGBUS.
+    """
+    try:
+        found = os.statvfs(SHARED_MEMORY)
+    except OSError:
+        return sys.maxsize
+    return found.f_bavail * found.f_frsize
+
+
+def prepare_environment() -> None:
+    """Keep DDS on this machine and let it find and acknowledge quickly; what is set already stays.
+
+    For this process and those that it starts. The profile is Fast DDS's (`fastdds.xml`); other DDS
+    do not look at it.
+    """
+    # to ROS, an empty range would mean the whole subnet
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = (
+        os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or RANGES[0]
+    )
+    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(FASTDDS_PROFILE))
+
+
+@contextlib.contextmanager
+def environment() -> Iterator[None]:
+    """Prepare the environment; where ROS_LOG_DIR is not set, it is a folder that ends with this.
+
+    Raises:
+        ConfigError: a variable of ROS 2 with a value that cannot work, or no shared memory left.
+
+    """
+    prepare_environment()
+    _check_variables()
+    require_loadable()
+    with contextlib.ExitStack() as stack:
+        if not os.environ.get('ROS_LOG_DIR'):
+            logs = stack.enter_context(tempfile.TemporaryDirectory(prefix='rotor-rig-log-'))
+            os.environ['ROS_LOG_DIR'] = logs
+            stack.callback(os.environ.pop, 'ROS_LOG_DIR', None)
+        yield
+
+
+def _check_variables() -> None:
+    domain = os.environ.get('ROS_DOMAIN_ID', '')
+    if domain and not (domain.isascii() and domain.isdecimal() and int(domain) <= HIGHEST_DOMAIN):
+        raise ConfigError(
+            f'ROS_DOMAIN_ID = {domain!r} is not allowed; it must be a whole number from 0 to '
+            f'{HIGHEST_DOMAIN}'
+        )
+    wanted = os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE']
+    if wanted not in RANGES:
+        reason = 'the processes of the rig would not find each other; ' if wanted == 'OFF' else ''
+        raise ConfigError(
+            f'ROS_AUTOMATIC_DISCOVERY_RANGE = {wanted!r} is not allowed; {reason}it must be one '
+            f'of {", ".join(RANGES)}, or unset'
+        )
+    profile = os.environ['FASTRTPS_DEFAULT_PROFILES_FILE']
+    if profile and not (Path(profile).is_file() and os.access(profile, os.R_OK)):
+        raise ConfigError(
+            f'FASTRTPS_DEFAULT_PROFILES_FILE = {profile!r} is no file that can be read; name '
+            "one, or unset it for the rig's own"
+        )
+    logs = os.environ.get('ROS_LOG_DIR')
+    if logs:
+        try:
+            Path(logs).mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=logs).close()
+        except OSError as error:
+            raise ConfigError(
+                f'ROS_LOG_DIR = {logs!r} cannot be written to ({error.strerror}); name another '
+                'folder, or unset it'
+            ) from None
+
+
+def other_users() -> list[int]:
+    """Return the ids of other users whose DDS the nodes of this process cannot exchange data with.
+
+    Fast DDS makes its shared memory accessible to one user only, and does not take to UDP for
+    the others: nodes of two users find each other, and then exchange nothing.
+    """
+    found = set()
+    if f'{SHARED_MEMORY}/fastrtps_' not in Path('/proc/self/maps').read_text('utf-8', 'replace'):
+        return []  # this process does without shared memory
+    for path in SHARED_MEMORY.glob(f'{_PORT_FILE}*_el'):
+        with contextlib.suppress(OSError):
+            owner = path.stat().st_uid
+            number = path.name.removeprefix(_PORT_FILE).removesuffix('_el')
+            if owner != os.geteuid() and _is_of_domain(number) and _is_held(path):
+                found.add(owner)
+    return sorted(found)
+
+
+def warning_about(users: Iterable[int]) -> str:
+    """Return the sentence about `other_users`."""
+    ids = ', '.join(str(user) for user in sorted(users))
+    return (
+        f'another user (uid {ids}) runs ROS 2 nodes in this domain: they and the nodes of uid '
+        f'{os.geteuid()} find each other but exchange no data; run both as one user, or the rig '
+        'with ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET FASTDDS_BUILTIN_TRANSPORTS=UDPv4, which other '
+        'machines hear too'
+    )
+
+
+def _is_of_domain(port: str) -> bool:
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
+    return port.isdecimal() and (int(port) - _FIRST_PORT) // _PORTS_A_DOMAIN == domain
+
+
+def _is_held(lock_file: Path) -> bool:
+    """Say whether a living process holds this lock of Fast DDS; a killed one leaves the file."""
+    with lock_file.open('rb') as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
