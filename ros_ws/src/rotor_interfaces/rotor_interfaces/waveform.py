@@ -140,8 +140,8 @@ def decode(message: Any) -> WaveformBlock:
     """Return the block of a PointCloud2 of either world; the rows are a view, not a copy.
 
     Raises:
-        WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a column, columns
-            that repeat or overlap the end of a row, or more than MOST_ROWS, MOST_COLUMNS,
+        WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a
+            column, columns that repeat or overlap the end of a row, or more than MOST_ROWS, MOST_COLUMNS,
             LONGEST_ROW or LONGEST_NAME.
 
     """
