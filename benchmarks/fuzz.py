@@ -92,10 +92,11 @@ def fuzz(kind: str, consumer: Consumer, *, first: int, inputs: int, seed: int) -
         try:
             consumer.feed(rng)
         except (HangError, Exception) as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
+            frames = traceback.extract_tb(error.__traceback__)
+            place = next((f for f in reversed(frames) if 'ros_ws' in f.filename), frames[-1])
             where = f'{type(error).__name__} at {place.filename.rpartition("/")[2]}:{place.lineno}'
             findings.foreign[where] += 1
-            findings.examples.setdefault(where, (number, traceback.format_exc()))
+            findings.examples.setdefault(where, (number, traceback.format_exc(limit=-6)))
             consumer.start()  # it is in an unknown state
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0.0)

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 NANOSECONDS = 1_000_000_000
+_STALE = 3
+"""Level of a DiagnosticStatus."""
 
 
 class MessageFactory(Protocol):
@@ -231,9 +233,9 @@ def diagnostics(
 
 
 def level_of(status: Any) -> int:
-    """Return the level of a DiagnosticStatus of either world as an integer."""
-    level = status.level
-    return level[0] if isinstance(level, bytes) else int(level)
+    """Return the level of a DiagnosticStatus of either world; one that nobody knows is 3, stale."""
+    level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+    return level if 0 <= level < _STALE else _STALE
 
 
 def string(factory: MessageFactory, text: str) -> Any:

@@ -141,8 +141,8 @@ def decode(message: Any) -> WaveformBlock:
 
     Raises:
         WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a
-            column, columns that repeat or overlap the end of a row, or more than MOST_ROWS, MOST_COLUMNS,
-            LONGEST_ROW or LONGEST_NAME.
+            column, columns that repeat or overlap the end of a row, or more than MOST_ROWS,
+            MOST_COLUMNS, LONGEST_ROW or LONGEST_NAME.
 
     """
     if message.is_bigendian:
