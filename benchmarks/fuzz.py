@@ -23,6 +23,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import fuzz_blocks
+import fuzz_files
 import numpy as np
 from numpy.random import Generator, default_rng
 from rich.console import Console
@@ -66,17 +68,12 @@ class Findings:
         return not self.foreign and not self.slow and self.peak_mib < LARGEST_MIB
 
 
-def kinds() -> dict[str, Callable[[], Consumer]]:
-    """Return what makes the consumer of each kind; imported when called, not for --help."""
-    import fuzz_blocks
-    import fuzz_files
-
-    return {
-        'blocks': fuzz_blocks.Blocks,
-        'views': fuzz_blocks.Views,
-        'recordings': fuzz_files.Recordings,
-        'scenarios': fuzz_files.Scenarios,
-    }
+KINDS: dict[str, Callable[[], Consumer]] = {
+    'blocks': fuzz_blocks.Blocks,
+    'views': fuzz_blocks.Views,
+    'recordings': fuzz_files.Recordings,
+    'scenarios': fuzz_files.Scenarios,
+}
 
 
 def fuzz(kind: str, consumer: Consumer, *, first: int, inputs: int, seed: int) -> Findings:
@@ -91,7 +88,7 @@ def fuzz(kind: str, consumer: Consumer, *, first: int, inputs: int, seed: int) -
         signal.setitimer(signal.ITIMER_PROF, GIVEN_UP_S)
         try:
             consumer.feed(rng)
-        except (HangError, Exception) as error:
+        except (HangError, Exception) as error:  # noqa: BLE001 - whatever it is, it is a finding
             frames = traceback.extract_tb(error.__traceback__)
             place = next((f for f in reversed(frames) if 'ros_ws' in f.filename), frames[-1])
             where = f'{type(error).__name__} at {place.filename.rpartition("/")[2]}:{place.lineno}'
@@ -121,28 +118,28 @@ def main() -> int:
     parser.add_argument('--first', type=int, default=0, help='number of the first input')
     parser.add_argument('--seed', type=int, default=1)
     asked = parser.parse_args()
-    known = kinds()
-    if unknown := set(asked.kinds) - set(known):
-        parser.error(f'{unknown.pop()} is no kind of input; known: {", ".join(known)}')
+    if unknown := set(asked.kinds) - set(KINDS):
+        parser.error(f'{unknown.pop()} is no kind of input; known: {", ".join(KINDS)}')
     signal.signal(signal.SIGPROF, _give_up)
     warnings.simplefilter('ignore')
     np.seterr(all='ignore')
     logging.disable()
     table = Table('kind', 'inputs', 'foreign exceptions', 'over 2 s', 'slowest [s]', 'peak [MiB]')
+    console = Console()
     good = True
-    for kind in asked.kinds or known:
-        found = fuzz(kind, known[kind](), first=asked.first, inputs=asked.inputs, seed=asked.seed)
+    for kind in asked.kinds or KINDS:
+        found = fuzz(kind, KINDS[kind](), first=asked.first, inputs=asked.inputs, seed=asked.seed)
         good &= found.is_good
         for where, (number, text) in found.examples.items():
-            print(f'{kind} {number}: {where}, {found.foreign[where]} times\n{text}')
+            console.out(f'{kind} {number}: {where}, {found.foreign[where]} times\n{text}')
         for number in found.slow:
-            print(f'{kind} {number}: more than {LONGEST_S:g} s')
+            console.out(f'{kind} {number}: more than {LONGEST_S:g} s')
         seconds, number = found.slowest
         table.add_row(
             kind, str(found.inputs), str(found.foreign.total()), str(len(found.slow)),
             f'{seconds:.2f} (input {number})', f'{found.peak_mib:.0f}',
         )  # fmt: skip
-    Console().print(table)
+    console.print(table)
     return 0 if good else 1
 
 

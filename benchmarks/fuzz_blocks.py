@@ -174,6 +174,11 @@ def hostile_bytes(rng: Generator, first: int) -> bytes:
     return bytes(data)
 
 
+def _hold(promise: bool, otherwise: str) -> None:
+    if not promise:
+        raise AssertionError(otherwise)
+
+
 class NullWriter:
     """A writer that keeps nothing."""
 
@@ -220,10 +225,8 @@ class Blocks:
         taken = [monitor.status()['blocks [1]'] for monitor, _ in self._monitors]
         for monitor, _ in self._monitors:
             monitor.push(sane_block(self._sample))
-        assert all(
-            monitor.status()['blocks [1]'] == count + 1
-            for (monitor, _), count in zip(self._monitors, taken, strict=True)
-        ), 'a sane block was not taken'
+        for (monitor, _), count in zip(self._monitors, taken, strict=True):
+            _hold(monitor.status()['blocks [1]'] == count + 1, 'a sane block was not taken')
         self._sample += ROWS
 
     def _take(self, data: bytes) -> None:
@@ -238,13 +241,14 @@ class Blocks:
             try:
                 block = decode(message)
                 records = monitor.push(block)
-                assert len(records) <= MAX_INVALID_RECORDS + len(block.rows), 'a flood of records'
+                most = MAX_INVALID_RECORDS + len(block.rows)
+                _hold(len(records) <= most, 'a flood of records')
             except WireError:
                 records = []
             for _, _, said in outgoing.after_block(monitor, records, max(time_ns, 0)):
                 to_cdr(said)
             numbers = [n for n in monitor.status().values() if isinstance(n, int)]
-            assert max(numbers) < LARGEST_SAMPLE * 4 * RUN_LENGTH, 'a count out of all proportion'
+            _hold(max(numbers) < LARGEST_SAMPLE * 4 * RUN_LENGTH, 'a count out of all proportion')
 
 
 class Views:

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fuzz_blocks import EPOCH_NS, hostile_bytes, sane_block
 from mcap.writer import CompressionType, Writer
 from numpy.random import Generator
 
-from fuzz_blocks import EPOCH_NS, hostile_bytes, sane_block
 from rotor_bringup.cli import app
 from rotor_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from rotor_interfaces import messages, topics
@@ -30,7 +30,8 @@ from vibration_monitor.replay import begin_ns, latched_before, offer_of, selecte
 
 BLOCKS = 6
 VALUES: tuple[Any, ...] = (
-    None, True, False, 0, 1, -1, 2**31, 2**63, 2**64, -(2**63), 10**40, 0.5, 1e-320, 1e300, math.inf,
+    None, True, False, 0, 1, -1, 2**31, 2**63, 2**64, -(2**63), 10**40, 0.5, 1e-320, 1e300,
+    math.inf,
     -math.inf, math.nan, '', '0', 'x', 'x' * 3000, '\x1b[31m', 'a\0b', '2024-01-01', '1_000', 'yes',
     '~', '/dev/zero', '..', [], [[]], {}, [None], {'': None}, {'a': {'b': []}}, [1, 'a', None],
 )  # fmt: skip
@@ -136,7 +137,7 @@ class Scenarios:
 
 
 class Recordings:
-    """Recordings through `analyze`, `view`, `scenario show`, `baseline` and the plan of a replay."""
+    """Recordings through all commands that read them; of a replay, what needs no ROS."""
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix='rotor-rig-fuzz-')
