@@ -33,12 +33,13 @@ LOSSES: list[tuple[list[tuple[str, str, int]], str, tuple[int, int, int]]] = [
 
 def state_after(told: list[tuple[str, str, int]]) -> RunState:
     """Return the state of a run whose nodes have told these counts on /diagnostics."""
-    watcher = SimpleNamespace(_state=RunState(1.0))
+    state = RunState(1.0)
+    watcher = SimpleNamespace(_state=state)
     for name, key, count in told:
         value = SimpleNamespace(key=key, value=str(count))
         status = SimpleNamespace(name=name, values=[value])
         live.RunWatcher._on_diagnostics(watcher, SimpleNamespace(status=[status]))
-    return watcher._state
+    return state
 
 
 @pytest.mark.parametrize(('told', 'words', 'counts'), LOSSES)

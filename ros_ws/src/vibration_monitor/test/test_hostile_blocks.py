@@ -122,7 +122,7 @@ def test_a_block_beyond_the_bounds_is_refused_in_one_sentence_at_once(what: str)
     assert stream.refused_blocks == 1
 
 
-def changed(block: WaveformBlock, **columns: NDArray[np.float64] | float) -> WaveformBlock:
+def changed(block: WaveformBlock, **columns: NDArray[np.floating] | float) -> WaveformBlock:
     rows = block.rows.copy()
     for name, values in columns.items():
         rows[name] = values
