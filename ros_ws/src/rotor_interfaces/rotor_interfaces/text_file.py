@@ -12,12 +12,11 @@ from rotor_interfaces.errors import DataError
 def require_file(path: Path) -> None:
     """Raise DataError for a device, a pipe or a socket, which would be read without end.
 
-    So for what is not there. A folder is left to whoever opens it.
+    And for a name that no file can have. Of what is not there it raises what the system does
+    (OSError); a folder is left to whoever opens it.
     """
     try:
         mode = path.stat().st_mode
-    except OSError as error:
-        raise DataError(f'{path} cannot be read: {error.strerror or error}') from None
     except ValueError as error:
         raise DataError(f'{str(path)!r} cannot be read: {error}') from None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
@@ -29,8 +28,8 @@ def read_text(path: Path, largest_bytes: int) -> str:
 
     Only a regular file of at most `largest_bytes` is read: no folder, device or pipe.
     """
-    require_file(path)
     try:
+        require_file(path)
         # should it be a pipe by now, opening it does not wait for a writer
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         with open(descriptor, 'rb') as file:  # noqa: PTH123 - a descriptor has no path

@@ -99,7 +99,10 @@ def unpack_message(data: bytes) -> bytes:
     name = compression_of(data)
     if not name:
         return data
-    size = zstandard.frame_content_size(data) if name == 'zstd' else -1
+    try:
+        size = zstandard.frame_content_size(data) if name == 'zstd' else -1
+    except zstandard.ZstdError as error:
+        raise DamageError(f'it cannot be unpacked ({error})') from None
     return _decompress(name, data, MAX_BYTES if size < 0 else size)
 
 
