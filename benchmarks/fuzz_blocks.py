@@ -96,7 +96,8 @@ def hostile_rows(rng: Generator, first: int) -> NDArray[np.void]:
         if kind < 2:
             rows[name] = pattern(rng, count)
         elif kind == 2:
-            rows[name][rng.integers(count)] = rng.choice(NUMBERS)
+            values = np.array(NUMBERS).astype(rows.dtype[name])
+            rows[name][rng.integers(count)] = rng.choice(values)
         elif kind == 3:
             kept = [n for n in rows.dtype.names or () if n != name]
             rows = np.ascontiguousarray(rows[kept]) if kept else rows

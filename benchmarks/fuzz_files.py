@@ -3,6 +3,7 @@
 """Hostile recordings and scenarios, through the commands that read them."""
 
 import contextlib
+import copy
 import io
 import json
 import math
@@ -57,7 +58,7 @@ def changed(rng: Generator, data: Any) -> Any:
         else:
             break
         place = holder[key]
-    value = VALUES[rng.integers(len(VALUES))]
+    value = copy.deepcopy(VALUES[rng.integers(len(VALUES))])
     if holder is None:
         return value if rng.integers(4) == 0 else data
     kind = rng.integers(4)
@@ -91,10 +92,10 @@ def changed_text(rng: Generator, text: str) -> str:
 
 def json_text(rng: Generator, data: Any) -> str:
     """Return a JSON text of changed data."""
-    copy = json.loads(json.dumps(data))
+    other = json.loads(json.dumps(data))
     for _ in range(rng.integers(1, 4)):
-        copy = changed(rng, copy)
-    return changed_text(rng, json.dumps(copy)) if rng.integers(3) == 0 else json.dumps(copy)
+        other = changed(rng, other)
+    return changed_text(rng, json.dumps(other)) if rng.integers(3) == 0 else json.dumps(other)
 
 
 def command(*arguments: str) -> None:
