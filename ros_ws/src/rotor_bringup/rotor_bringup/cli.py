@@ -19,7 +19,7 @@ from typer.core import TyperGroup
 
 from rotor_bringup.analysis_cli import add_commands
 from rotor_bringup.baseline_cli import add_command as add_baseline_command
-from rotor_bringup.console import folding_table
+from rotor_bringup.console import folding_table, printable
 from rotor_bringup.dataset.cli import add_command as add_dataset_command
 from rotor_bringup.errors import ProcessError
 from rotor_bringup.evaluation.cli import add_command as add_evaluate_command
@@ -55,6 +55,10 @@ class _Group(TyperGroup):
             if isinstance(error, BrokenPipeError):
                 raise
             _fail(refusal(error), ExitCode.BAD_INPUT)
+        except ValueError as error:
+            if not (isinstance(error, UnicodeEncodeError) or 'embedded null' in str(error)):
+                raise
+            _fail(f'no file can have such a name ({error})', ExitCode.BAD_INPUT)
 
 
 app = typer.Typer(
@@ -102,7 +106,7 @@ def run(
     view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a scenario live over DDS and record it."""
+    """Run a scenario live over DDS and record it; exit code 1 if anything was lost."""
     dds.require_loadable()
     from rotor_bringup.live import run_live
 
@@ -142,8 +146,8 @@ def run(
     else:
         _say_where(folder)
         console.print(f'monitor:   {result.state.conclusion()}', soft_wrap=True, highlight=False)
-        if result.state.lost:
-            console.print(f'lost:      {result.state.lost} samples', style='bold red')
+        if losses := result.state.losses():
+            console.print(f'lost:      {losses}', style='bold red')
         if folder.exists():
             _say_what_next(folder)
     _warn(result.warnings)
@@ -151,6 +155,8 @@ def run(
         raise ProcessError('; '.join(result.failures))
     if result.interrupted:
         raise typer.Exit(ExitCode.INTERRUPTED)
+    if result.state.losses():
+        raise typer.Exit(ExitCode.CHECK_FAILED)
 
 
 @app.command()
@@ -231,6 +237,8 @@ def analyze(
         Console().print(analysis.samples.table())
         Console().print(f'no window: {analysis.samples.reason}', soft_wrap=True, highlight=False)
     Console().print(f'monitor: {analysis.state.conclusion()}', soft_wrap=True, highlight=False)
+    if analysis.lost_samples:
+        Console().print(f'lost: {analysis.lost_samples} samples, by the sample index')
 
 
 @app.command()
@@ -305,7 +313,11 @@ def _new_bag_folder(parent: Path, name: str) -> Path:
 def _warn(sentences: Iterable[str]) -> None:
     for sentence in sentences:
         console.print(
-            f'warning: {sentence}', style='yellow', soft_wrap=True, highlight=False, markup=False
+            f'warning: {printable(sentence)}',
+            style='yellow',
+            soft_wrap=True,
+            highlight=False,
+            markup=False,
         )
 
 
@@ -344,7 +356,8 @@ def _print_json(data: dict[str, Any]) -> None:
 
 
 def _fail(sentence: str, code: ExitCode) -> None:
-    console.print(f'error: {sentence}', style='red', soft_wrap=True, highlight=False, markup=False)
+    text = f'error: {printable(sentence)}'
+    console.print(text, style='red', soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(code)
 
 

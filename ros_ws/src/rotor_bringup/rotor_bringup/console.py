@@ -98,6 +98,11 @@ def allow_any_width() -> None:
         os.environ['TYPER_USE_RICH'] = '0'
 
 
+def printable(text: str) -> str:
+    """Return a text whose control characters, as of a file's name, are written as their codes."""
+    return ''.join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def folding_table(*headers: str, **style: Any) -> Table:
     """Return a table whose cells are folded, never cut, where the terminal is narrow."""
     return Table(*(Column(header, overflow='fold') for header in headers), **style)

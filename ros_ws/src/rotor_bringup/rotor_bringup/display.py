@@ -58,6 +58,8 @@ class RunState:
     judged_windows: int = 0
     invalid_windows: int = 0
     lost_samples: dict[str, int] = field(default_factory=dict)
+    refused_blocks: dict[str, int] = field(default_factory=dict)
+    messages_left_out: int = 0
     late_blocks: int = 0
     other_sources: set[str] = field(default_factory=set)
     refused: dict[str, int] = field(default_factory=dict)
@@ -111,6 +113,20 @@ class RunState:
         return max(self.lost_samples.values(), default=0)
 
     @property
+    def refused(self) -> int:
+        """Blocks refused as malformed, the worst consumer counting."""
+        return max(self.refused_blocks.values(), default=0)
+
+    def losses(self) -> str:
+        """Return in a few words what the run lost; '' where nothing."""
+        counts = (
+            (self.lost, 'samples'),
+            (self.refused, 'blocks refused'),
+            (self.messages_left_out, 'messages not recorded'),
+        )
+        return ', '.join(f'{count} {what}' for count, what in counts if count)
+
+    @property
     def verdict(self) -> str:
         """The worst level that was found; OK only where the monitor could say so."""
         if self.worst_alarm is not None:
@@ -150,6 +166,8 @@ class RunState:
             'judged_windows': self.judged_windows,
             'invalid_windows': self.invalid_windows,
             'lost_samples': self.lost,
+            'refused_blocks': self.refused,
+            'messages_left_out': self.messages_left_out,
             'late_blocks': self.late_blocks,
         }
 

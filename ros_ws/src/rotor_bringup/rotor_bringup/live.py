@@ -84,6 +84,10 @@ class RunWatcher(Node):  # type: ignore[misc]
             for value in status.values:
                 if value.key == 'lost samples [1]':
                     self._state.lost_samples[status.name] = int(value.value)
+                elif value.key == 'refused blocks [1]':
+                    self._state.refused_blocks[status.name] = int(value.value)
+                elif value.key == 'messages left out [1]':
+                    self._state.messages_left_out = int(value.value)
                 elif value.key == 'late blocks [1]':
                     self._state.late_blocks = int(value.value)
                 elif value.key == 'windows judged [1]':

@@ -72,7 +72,8 @@ def sample_statistics(
 
     """
     recording = Recording(path, waveform_topic)
-    units = (recording.config() or {}).get('column_units', {})
+    told = (recording.config() or {}).get('column_units')
+    units = told if isinstance(told, dict) else {}
     found: dict[str, _Moments] = {}
     turned = _Turned()
     for block in waveform_blocks(recording):
@@ -84,7 +85,7 @@ def sample_statistics(
         for name in found.keys() & set(block.columns):
             found[name].take_for_moments(block.rows[name])
     channels = {
-        name: moments.statistics(units.get(name) or indicator_unit(f'{name}/rms'))
+        name: moments.statistics(str(units.get(name) or indicator_unit(f'{name}/rms')))
         for name, moments in found.items()
     }
     return SampleStatistics(turned.reason(config, fault), channels)

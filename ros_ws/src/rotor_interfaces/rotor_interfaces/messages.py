@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 NANOSECONDS = 1_000_000_000
+_STALE = 3
+"""Level of a DiagnosticStatus."""
 
 
 class MessageFactory(Protocol):
@@ -109,11 +111,15 @@ def header(factory: MessageFactory, stamp_ns: int, frame_id: str) -> Any:
 
 
 def stamp_ns(message: Any) -> int:
-    """Return the nanoseconds of a message with a header, of a Header or of a Clock."""
+    """Return the nanoseconds of a message with a header, of a Header or of a Clock.
+
+    A stamp whose nanoseconds make more than a second is the last of that second, or it could
+    not be written again.
+    """
     time = message.header.stamp if hasattr(message, 'header') else None
     if time is None:
         time = message.stamp if hasattr(message, 'stamp') else message.clock
-    return int(time.sec) * NANOSECONDS + int(time.nanosec)
+    return int(time.sec) * NANOSECONDS + min(int(time.nanosec), NANOSECONDS - 1)
 
 
 def sample_stamp_ns(epoch_ns: int, sample: int, rate_hz: int) -> int:
@@ -227,9 +233,9 @@ def diagnostics(
 
 
 def level_of(status: Any) -> int:
-    """Return the level of a DiagnosticStatus of either world as an integer."""
-    level = status.level
-    return level[0] if isinstance(level, bytes) else int(level)
+    """Return the level of a DiagnosticStatus of either world; one that nobody knows is 3, stale."""
+    level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+    return level if 0 <= level < _STALE else _STALE
 
 
 def string(factory: MessageFactory, text: str) -> Any:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import ROS, MessageFactory, header, stamp_ns
+from rotor_interfaces.messages import NANOSECONDS, ROS, MessageFactory, header, stamp_ns
 
 DISPLACEMENT_COLUMNS = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
 ACCELERATION_COLUMNS = ('brg1_ay', 'brg1_az', 'brg2_ay', 'brg2_az')
@@ -40,6 +40,15 @@ COLUMN_UNITS = {
 _DATATYPES = {1: 'i1', 2: 'u1', 3: '<i2', 4: '<u2', 5: '<i4', 6: '<u4', 7: '<f4', 8: '<f8'}
 _CODES = {np.dtype(name): code for code, name in _DATATYPES.items()}
 
+MOST_ROWS = 1 << 16
+"""Samples of a block, as many as the rig itself can be told to put into one."""
+MOST_COLUMNS = 1024
+LONGEST_ROW = 1 << 14
+"""Bytes of a row: twice what so many columns need."""
+LONGEST_NAME = 256
+LARGEST_SAMPLE = 1 << 53
+"""Up to here a float64 counts every sample."""
+
 
 @dataclass(frozen=True)
 class WaveformBlock:
@@ -59,10 +68,7 @@ class WaveformBlock:
         """Absolute index of the first sample; raises WireError where the block has none."""
         if 'sample' not in self.columns or not len(self.rows):
             raise WireError('the block has no `sample` column or no rows, so its place is unknown')
-        first = float(self.rows['sample'][0])
-        if not first.is_integer():
-            raise WireError(f'sample = {first!r} is not a whole number; it counts samples')
-        return int(first)
+        return sample_index(float(self.rows['sample'][0]))
 
     @property
     def step_s(self) -> float:
@@ -70,7 +76,16 @@ class WaveformBlock:
         if 'time' not in self.columns or len(self.rows) < 2:
             return float('nan')
         times = self.rows['time']
-        return float(times[-1] - times[0]) / (len(times) - 1)
+        return (float(times[-1]) - float(times[0])) / (len(times) - 1)
+
+
+def sample_index(value: float) -> int:
+    """Return a value of the `sample` column; raises WireError for what counts no samples."""
+    if not value.is_integer() or abs(value) > LARGEST_SAMPLE:
+        raise WireError(
+            f'sample = {value!r} is not a whole number up to {LARGEST_SAMPLE}; it counts samples'
+        )
+    return int(value)
 
 
 def encode(block: WaveformBlock, factory: MessageFactory = ROS) -> Any:
@@ -125,12 +140,18 @@ def decode(message: Any) -> WaveformBlock:
     """Return the block of a PointCloud2 of either world; the rows are a view, not a copy.
 
     Raises:
-        WireError: big-endian, inconsistent sizes, unknown types, arrays in a column, or
-            columns that repeat or overlap the end of a row.
+        WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a
+            column, columns that repeat or overlap the end of a row, or more than MOST_ROWS,
+            MOST_COLUMNS, LONGEST_ROW or LONGEST_NAME.
 
     """
     if message.is_bigendian:
         raise WireError('is_bigendian is true; a waveform block is little-endian')
+    if message.header.stamp.nanosec >= NANOSECONDS:
+        raise WireError(
+            f'the stamp has {message.header.stamp.nanosec} ns beside its seconds; allowed: up to '
+            f'{NANOSECONDS - 1}'
+        )
     count = int(message.width) * int(message.height)
     step = int(message.point_step)
     if len(message.data) != count * step or step <= 0:
@@ -138,24 +159,45 @@ def decode(message: Any) -> WaveformBlock:
             f'data holds {len(message.data)} bytes, but {count} rows of {step} bytes need '
             f'{count * step}'
         )
-    names, formats, offsets = [], [], []
+    _check_size(count, step, len(message.fields))
+    # a mapping: a list of names would be searched anew for each column
+    columns: dict[str, tuple[np.dtype[Any], int]] = {}
     for field in message.fields:
+        if not 0 < len(field.name) <= LONGEST_NAME:
+            raise WireError(
+                f'a column has a name of {len(field.name)} characters; allowed: 1 to {LONGEST_NAME}'
+            )
         if field.datatype not in _DATATYPES or field.count != 1:
             raise WireError(
                 f'column {field.name!r} has datatype {field.datatype} and count {field.count}; '
                 'a column is one number a row (datatype 1 to 8, count 1)'
             )
         dtype = np.dtype(_DATATYPES[field.datatype])
-        if field.name in names:
+        if field.name in columns:
             raise WireError(f'column {field.name!r} stands twice in the block')
         if field.offset + dtype.itemsize > step:
             raise WireError(
                 f'column {field.name!r} ends at byte {field.offset + dtype.itemsize} of a row '
                 f'of {step} bytes'
             )
-        names.append(field.name)
-        formats.append(dtype)
-        offsets.append(field.offset)
-    layout = np.dtype({'names': names, 'formats': formats, 'offsets': offsets, 'itemsize': step})
+        columns[field.name] = dtype, int(field.offset)
+    layout = np.dtype(
+        {
+            'names': list(columns),
+            'formats': [dtype for dtype, _ in columns.values()],
+            'offsets': [offset for _, offset in columns.values()],
+            'itemsize': step,
+        }
+    )
     rows = np.frombuffer(message.data, layout, count)
     return WaveformBlock(stamp_ns(message), rows, message.header.frame_id)
+
+
+def _check_size(rows: int, row_bytes: int, columns: int) -> None:
+    for what, number, most in (
+        ('rows', rows, MOST_ROWS),
+        ('bytes a row', row_bytes, LONGEST_ROW),
+        ('columns', columns, MOST_COLUMNS),
+    ):
+        if number > most:
+            raise WireError(f'the block has {number} {what}; allowed: up to {most}')

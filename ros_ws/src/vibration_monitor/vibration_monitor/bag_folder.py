@@ -13,7 +13,7 @@ import zstandard
 
 from rotor_interfaces.errors import DataError
 from rotor_interfaces.plain_data import LARGEST_YAML, parse_yaml
-from rotor_interfaces.text_file import read_text
+from rotor_interfaces.text_file import read_text, require_file
 from vibration_monitor.db3_file import MAGIC, Db3File
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import McapFile
@@ -87,8 +87,11 @@ def open_file(path: Path, folder: Callable[[], Path], note: Note) -> McapFile | 
 
     """
     try:
+        require_file(path)
         with path.open('rb') as file:
             head = file.read(len(MAGIC))
+    except DataError as error:
+        raise RecordingInputError(f'{error}; check the path and its permissions') from None
     except OSError as error:
         raise RecordingInputError(
             f'{path} cannot be read ({error.strerror}); check the path and its permissions'

@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS, sample_stamp_ns
 
+FASTEST_HZ = NANOSECONDS
+"""Stamps tell no faster samples apart."""
+
+_END_OF_STAMPS_S = 1 << 31
+
 
 class BlockClock:
     """Sample rate and stamps of a run, from the blocks' stamps and time column."""
@@ -18,16 +23,35 @@ class BlockClock:
         self._latest = (0, 0)
 
     def take(self, first_sample: int, stamp_ns: int, time: NDArray[np.float64]) -> None:
-        """Note a block: its first sample, its stamp, and its time column in s after the stamp."""
-        self._latest = (first_sample, stamp_ns + round(float(time[0]) * NANOSECONDS))
-        self._origin = self._origin or self._latest
-        if self._rate_hz is None and len(time) > 1:
-            self._rate_hz = whole_rate(len(time) - 1, float(time[-1] - time[0]))
+        """Note a block: its first sample, its stamp, and its time column in s after the stamp.
+
+        Raises:
+            WireError: its time does not rise, or is none that a stamp can tell.
+
+        """
+        start_s, end_s = float(time[0]), float(time[-1])
+        rate_hz = whole_rate(len(time) - 1, end_s - start_s) if len(time) > 1 else None
+        if not abs(stamp_ns / NANOSECONDS + start_s) < _END_OF_STAMPS_S:
+            raise WireError(
+                f'time = {start_s:g} after a stamp of {stamp_ns / NANOSECONDS:.0f} s is out of '
+                f'range; a stamp counts up to {_END_OF_STAMPS_S} s'
+            )
+        latest = (first_sample, stamp_ns + round(start_s * NANOSECONDS))
+        if rate_hz is None and self._rate_hz is None and self._origin is not None:
+            # blocks of one sample: their stamps must do
+            sample, origin_ns = self._origin
+            try:
+                whole_rate(first_sample - sample, (latest[1] - origin_ns) / NANOSECONDS)
+            except WireError:
+                self._origin = latest  # else one wrong stamp would have all that follow refused
+                raise
+        self._latest = latest
+        self._origin = self._origin or latest
+        self._rate_hz = self._rate_hz or rate_hz
 
     def rate_hz(self) -> int:
         """Return the sample rate, a whole number of Hz."""
         if self._rate_hz is None:
-            # blocks of one sample: their stamps must do
             sample, stamp_ns = self._origin or self._latest
             samples = self._latest[0] - sample
             return whole_rate(samples, (self._latest[1] - stamp_ns) / NANOSECONDS)
@@ -42,10 +66,11 @@ class BlockClock:
 
 
 def whole_rate(samples: int, duration_s: float) -> int:
-    """Return the sample rate in Hz; raises WireError where time does not rise."""
-    if not duration_s > 0 or not round(samples / duration_s):
+    """Return the sample rate in Hz; raises WireError where time does not rise, or too fast."""
+    rate_hz = samples / duration_s if duration_s > 0 else 0.0
+    if not 0.5 < rate_hz <= FASTEST_HZ:
         raise WireError(
             f'{samples} samples take {duration_s:g} s by the time column or the stamps; '
-            'time must rise'
+            f'time must rise, by 1 to {FASTEST_HZ} samples a second'
         )
-    return round(samples / duration_s)
+    return round(rate_hz)

@@ -21,6 +21,7 @@ from vibration_monitor.names import (
 from vibration_monitor.spectrum import MAIN_LOBE_BINS
 
 MAX_WINDOW_REVOLUTIONS = 512
+MAX_CHANNELS = 64
 
 Extra = Literal[
     'spectrum', 'statistics', 'whirl', 'average', 'orbit', 'envelope', 'passage', 'trend', 'crack'
@@ -88,6 +89,7 @@ class MonitorConfig(ConfigModel):
 
     channels: tuple[str, ...] = pydantic.Field(
         default=(),
+        max_length=MAX_CHANNELS,
         description='channels to use, such as disk_z; empty: all that the waveform has',
     )
     extras: tuple[Extra, ...] = pydantic.Field(

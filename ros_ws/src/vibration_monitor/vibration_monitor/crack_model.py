@@ -49,6 +49,9 @@ _FORWARD = np.array([0.5, 0.5j])
 
 _SPEED_SCALE_RAD_S = 400.0
 
+LARGEST_MOTION_M = 1.0
+"""A displacement beyond is no shaft's, and products of such numbers would pass for a crack."""
+
 GRAVITY_M_S2 = 9.81
 """As the paper rounds it: load factor 1 = 9.81 m/s^2 along +y."""
 
@@ -176,8 +179,9 @@ class CrackWindow:
         )
 
     def silent_probes(self) -> list[str]:
-        """Return the probes that lack their mean or a vector."""
-        told = np.isfinite(self.mean) & np.isfinite(self.vectors).all(axis=1)
+        """Return the probes that lack their mean or a vector, or tell what no shaft can do."""
+        told = np.abs(self.mean) <= LARGEST_MOTION_M  # NaN is not
+        told &= (np.abs(self.vectors) <= LARGEST_MOTION_M).all(axis=1)
         return [name for name, ok in zip(PROBES, told.tolist(), strict=True) if not ok]
 
     def is_complete(self) -> bool:

@@ -87,6 +87,12 @@ class EnvelopeSpectrum:
         return max(math.ceil(low_hz / step), 1), math.floor(high_hz / step) + 1
 
 
+def is_resolved(band_hz: tuple[float, float], count: int, rate_hz: float) -> bool:
+    """Say whether `count` samples can show the envelope of a rising band above 0 Hz."""
+    low, high = band_hz
+    return high <= rate_hz / 2 and (high - low) * count >= _MIN_BAND_BINS * rate_hz
+
+
 def envelope(
     signal: NDArray[np.float64], rate_hz: float, band_hz: tuple[float, float]
 ) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from rotor_interfaces.waveform import CHANNEL_COLUMNS
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack import CrackEstimator
 from vibration_monitor.crack_model import GRAVITY_M_S2, CrackWindow
-from vibration_monitor.envelope import envelope_spectrum
+from vibration_monitor.envelope import envelope_spectrum, is_resolved
 from vibration_monitor.names import (
     CRACK_INDICATORS,
     ENVELOPE_LINES,
@@ -192,7 +192,7 @@ class Analyser:
     ) -> list[float]:
         """Return amplitude and prominence of the bearing's lines."""
         band_hz = self._config.envelope_band_hz
-        if signal is None or band_hz[1] > rate_hz / 2:
+        if signal is None or not is_resolved(band_hz, len(signal), rate_hz):
             return [math.nan] * (2 * len(ENVELOPE_LINES))
         spectrum = envelope_spectrum(signal, rate_hz, band_hz)
         ball_pass = self._config.ball_pass_order
@@ -324,10 +324,13 @@ def resampled(window: Window) -> Array:
 def statistics(samples: Array) -> list[float]:
     """Return RMS about the mean (unit of x), crest factor and kurtosis (Gaussian noise: 3).
 
-    Crest factor = max|x - mean| / RMS, kurtosis = mean((x - mean)^4) / RMS^4.
+    Crest factor = max|x - mean| / RMS, kurtosis = mean((x - mean)^4) / RMS^4; NaN where the motion
+    is too small for a float64.
     """
     square = (samples - np.mean(samples)) ** 2
     mean_square = float(np.mean(square))
+    if not mean_square**2 > 0.0:
+        return [math.sqrt(mean_square), math.nan, math.nan]
     crest = math.sqrt(float(np.max(square)) / mean_square)
     return [math.sqrt(mean_square), crest, float(np.mean(square * square)) / mean_square**2]
 

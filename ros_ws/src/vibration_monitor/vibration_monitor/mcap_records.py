@@ -171,8 +171,8 @@ def unpack_message(data: bytes) -> bytes:
         return data
     try:
         size = zstandard.frame_content_size(data) if name == 'zstd' else -1
-    except zstandard.ZstdError:
-        raise DamageError('it cannot be unpacked') from None
+    except zstandard.ZstdError as error:
+        raise DamageError(f'it cannot be unpacked ({error})') from None
     return _decompress(name, data, MAX_BYTES if size < 0 else size)
 
 

@@ -12,35 +12,46 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.waveform import CHANNEL_COLUMNS, LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock
+from vibration_monitor.block_columns import (
+    Column,
+    channels_to_use,
+    column_of,
+    first_sample_of,
+    revolutions_of,
+    stretches,
+)
 from vibration_monitor.buffer import SampleBuffer
-from vibration_monitor.clock import BlockClock, whole_rate
+from vibration_monitor.clock import BlockClock
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import AlarmState, Level, RuleJudge
-from vibration_monitor.indicators import Analyser, OrderSpectrum, Window, channels_of
+from vibration_monitor.indicators import Analyser, OrderSpectrum, Window
 from vibration_monitor.keyphasor import KeyphasorAngle, PulseCounts
 from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
 
 MAX_WINDOW_SAMPLES = 1 << 20
 """A window with more samples (a shaft that hardly turns) is invalid; this bounds the memory."""
 
+MAX_WINDOW_VALUES = 1 << 24
+"""The same for samples times columns: of very many channels a window holds fewer samples."""
+
 MAX_INVALID_RECORDS = 1000
-"""A gap that swallows more windows than this yields so many records; the rest is counted."""
+"""A gap that swallows more windows than this yields so many records; the rest is counted.
+
+After that there is another for each `MIN_SAMPLES_PER_CYCLE` samples, the time of the shortest
+revolution, so that an angle that keeps jumping makes no flood.
+"""
 
 _TRIAL_RATE_HZ, _TRIAL_SAMPLES = 10_240, 128
 """Sampling of the made-up flight of `prepare`, the second in samples a revolution."""
 
 ANGLE_MISSING = 'the shaft angle is missing'
 ANGLE_UNSTEADY = 'the shaft angle does not rise steadily'
-
-Column = NDArray[Any]
 
 _NO_VECTOR = complex(math.nan, math.nan)
 
@@ -113,6 +124,9 @@ class VibrationMonitor:
         """The whole revolution that follows the last angle."""
         self._keyphasor: KeyphasorAngle | None = None
         self._source = 'none'
+        self._invalid_left = MAX_INVALID_RECORDS
+        self._counted_to = -LARGEST_SAMPLE
+        """Sample up to which `_invalid_left` has grown again."""
 
     def prepare(self) -> None:
         """Load what the first window needs, or compile it, on a made-up flight; nothing is kept.
@@ -134,37 +148,41 @@ class VibrationMonitor:
         """Take the next block; return the records of the windows that it completes or breaks.
 
         Raises:
-            WireError: the block has no `sample` or `time` column, no rows, or its samples or
-                its time do not rise; the block is then left out and shows up as a gap.
+            WireError: the block has no `sample` or `time` column, no rows, too many channels, or
+                its samples or its time do not rise; the block is then left out and shows up as
+                a gap.
 
         """
-        first = _first_sample(block)
-        expected = self._continuity.next_sample or 0
+        first = first_sample_of(block)
+        expected = self._continuity.next_sample
+        channels = channels_to_use(block, self.config.channels)
+        clock = self._clock if expected is None or first >= expected else BlockClock()
+        clock.take(first, block.stamp_ns, block.rows['time'])
         continuity = self._continuity.check(first, len(block.rows))
         records = []
         if continuity is Continuity.RESTART:
             self._start_run()
+            self._clock = clock
         elif continuity is Continuity.GAP:
             records += self._leave_keyphasor()
-            self._gap = f'{first - expected} samples before sample {first} were lost'
+            self._gap = f'{first - (expected or 0)} samples before sample {first} were lost'
             self._previous = math.nan
         if not self._names:
-            channels = channels_of(block.columns, self.config.channels)
             self._analyser = Analyser(channels, self.config)
             self._names = self._analyser.names
             self._buffer = SampleBuffer(len(channels) + 2)
             self._waiting = SampleBuffer(len(channels) + 1)
-        self._clock.take(first, block.stamp_ns, block.rows['time'])
-        revolutions = _column(block, 'angle') / (2 * math.pi)
-        columns = [_column(block, name) for name in (*self._analyser.channels, 'load_y')]
-        for piece, present in _runs(np.isfinite(revolutions)):
+            self._most_samples = min(MAX_WINDOW_SAMPLES, MAX_WINDOW_VALUES // (len(channels) + 2))
+        revolutions = revolutions_of(block)
+        columns = [column_of(block, name) for name in (*self._analyser.channels, 'load_y')]
+        for piece, present in stretches(np.isfinite(revolutions)):
             parts = [column[piece] for column in columns]
             if present:
                 records += self._leave_keyphasor()
                 self._source = 'encoder'
                 records += self._take(first + piece.start, revolutions[piece], parts)
             else:
-                volts = _column(block, 'keyphasor')[piece]
+                volts = column_of(block, 'keyphasor')[piece]
                 records += self._follow_keyphasor(first + piece.start, volts, parts)
         self._counts['blocks_without_angle'] += not np.isfinite(revolutions).all()
         return records
@@ -283,8 +301,19 @@ class VibrationMonitor:
         self._placed = True
         self._next = math.ceil(revolution / hop)
         self._buffer.clear()
-        self._counts['skipped'] += max(0, len(lost) - MAX_INVALID_RECORDS)
-        return [self._invalid(window, sample, fault) for window in lost[:MAX_INVALID_RECORDS]]
+        told = self._affordable(len(lost), sample)
+        self._counts['skipped'] += len(lost) - told
+        return [self._invalid(window, sample, fault) for window in lost[:told]]
+
+    def _affordable(self, wanted: int, sample: int) -> int:
+        """Return how many of so many invalid windows are told at this sample."""
+        # by samples, not by blocks: the records must not depend on the blocks
+        gained = (sample - self._counted_to) // MIN_SAMPLES_PER_CYCLE
+        self._counted_to += gained * MIN_SAMPLES_PER_CYCLE
+        self._invalid_left = min(self._invalid_left + gained, MAX_INVALID_RECORDS)
+        told = min(wanted, self._invalid_left)
+        self._invalid_left -= told
+        return told
 
     def _last_angle(self) -> float:
         return float(self._buffer.rows[0, -1]) if len(self._buffer) else -math.inf
@@ -300,8 +329,8 @@ class VibrationMonitor:
             before = int(np.searchsorted(angle, float(self._next * hop), side='right')) - 1
             self._buffer.drop(max(0, before))
         # a shaft that hardly turns; an eighth more, so that it is not moved with every block
-        if len(self._buffer) > MAX_WINDOW_SAMPLES * 5 // 4:
-            self._buffer.drop(len(self._buffer) - MAX_WINDOW_SAMPLES * 9 // 8)
+        if len(self._buffer) > self._most_samples * 5 // 4:
+            self._buffer.drop(len(self._buffer) - self._most_samples * 9 // 8)
         return records
 
     def _analyse(self, window: int) -> IndicatorRecord:
@@ -313,8 +342,8 @@ class VibrationMonitor:
         before = int(np.searchsorted(rows[0], float(start), side='right')) - 1
         last_sample = first_sample + inside.stop - 1
         length = inside.stop - before
-        if before < 0 or length > MAX_WINDOW_SAMPLES:
-            self._reason = f'the window holds more than {MAX_WINDOW_SAMPLES} samples'
+        if before < 0 or length > self._most_samples:
+            self._reason = f'the window holds more than {self._most_samples} samples'
             return self._invalid(window, last_sample, self._reason)
         used = rows[:, before : inside.stop + 1]
         found = self._analyser.analyse(
@@ -379,30 +408,3 @@ class VibrationMonitor:
             spectrum=spectrum,
             alarm=alarm,
         )
-
-
-def _first_sample(block: WaveformBlock) -> int:
-    """Return the index of the first sample; raises WireError for a block without a place."""
-    first = block.first_sample
-    if 'time' not in block.columns:
-        raise WireError('the block has no `time` column, so its sample rate is unknown')
-    time = block.rows['time']
-    if len(time) > 1:
-        whole_rate(len(time) - 1, float(time[-1] - time[0]))
-    if not np.array_equal(block.rows['sample'], first + np.arange(len(block.rows))):
-        raise WireError(f'the samples of the block at sample {first} do not follow one another')
-    return first
-
-
-def _column(block: WaveformBlock, name: str) -> Column:
-    """Return a column as it is, NaN where the block does not have it."""
-    if name not in block.columns:
-        return np.full(len(block.rows), math.nan)
-    return block.rows[name]
-
-
-def _runs(present: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
-    """Yield the stretches where it is True, and those where it is False, in turn."""
-    cuts = (np.flatnonzero(present[1:] != present[:-1]) + 1).tolist()
-    for start, stop in itertools.pairwise([0, *cuts, len(present)]):
-        yield slice(start, stop), bool(present[start])

@@ -48,8 +48,8 @@ def points_per_revolution(revolutions: NDArray[np.float64]) -> int:
 
     """
     # one part in a million less, or rounding would double an exact power of two at random
-    samples = (1.0 - 1e-6) / np.min(np.diff(revolutions))
-    return min(max(1 << math.ceil(math.log2(samples)), _MIN_POINTS), _MAX_POINTS)
+    samples = min((1.0 - 1e-6) / float(np.min(np.diff(revolutions))), float(_MAX_POINTS))
+    return max(1 << math.ceil(math.log2(samples)), _MIN_POINTS)
 
 
 def resample(

@@ -12,7 +12,7 @@ from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import FirstSource, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
-from rotor_interfaces.waveform import decode
+from rotor_interfaces.waveform import decode, sample_index
 from vibration_monitor.reading import UNDECODABLE
 from vibration_monitor.recording import RecordingWriter
 
@@ -37,7 +37,7 @@ def raw_stamp_ns(topic: Topic, data: bytes) -> int:
     is_little_endian = data[1] & 1
     layout = '<iI' if is_little_endian else '>iI'
     seconds, nanoseconds = struct.unpack_from(layout, data, _STAMP_AT)
-    return max(int(seconds) * NANOSECONDS + int(nanoseconds), 0)
+    return max(int(seconds) * NANOSECONDS + min(int(nanoseconds), NANOSECONDS - 1), 0)
 
 
 class SampleIndexReader:
@@ -65,8 +65,7 @@ class SampleIndexReader:
         is_known = len(data) == self._length and data[_STAMP_END : self._rows_at] == self._between
         if is_known:
             (first,) = struct.unpack_from('<d', data, self._sample_at)
-            if first.is_integer():
-                return int(first), self._count
+            return sample_index(first), self._count
         return self._decode(data)
 
     def _decode(self, data: bytes) -> tuple[int, int]:

@@ -30,6 +30,7 @@ from vibration_monitor.replay_node import ReplayNode
 LOOK_S = 0.05
 QUIET_S = 1.0
 """A node may still speak for so long after the last block, and after what it said last."""
+_SAID = ('diagnostic_msgs/msg/DiagnosticArray', 'std_msgs/msg/Float64')
 PATIENCE_S = 15.0
 """How long a node may take until it publishes the topic and listens to the waveform."""
 
@@ -54,6 +55,10 @@ class ListenerNode(ReplayNode):
         """Subscribe to the topic as soon as it is there, with the type that it has."""
         if self._input is None:
             types = dict(self.get_topic_names_and_types()).get(self._topic)
+            if types and types[0] not in _SAID:
+                raise RecordingError(
+                    f'{self._topic} is {types[0]}; a detector says {" or ".join(_SAID)}'
+                )
             if types:
                 self._input = ros.subscription(self, Topic(self._topic, types[0], 256), self._hear)
         waited_s = time.monotonic() - self._made_s

@@ -15,6 +15,8 @@ from rotor_bringup.importing.foreign import NAMES_SHOWN, Column, ForeignFile, St
 from rotor_bringup.importing.matlab import load_mat
 from rotor_bringup.importing.table import Decimal
 from rotor_bringup.importing.text import TextFile
+from rotor_interfaces.errors import DataError
+from rotor_interfaces.text_file import require_file
 
 _MOST_FACTS = 100
 _LONGEST_FACT = 200
@@ -34,9 +36,10 @@ def open_file(
         ImportFileError: it cannot be read, or is not of that kind.
 
     """
-    if path.is_dir():
-        raise ImportFileError(f'{path} is a folder; give one file')
     try:
+        require_file(path)
+        if path.is_dir():
+            raise ImportFileError(f'{path} is a folder; give one file')
         with path.open('rb'):  # says what the system says, scipy does not
             pass
         if path.suffix.lower() != '.mat':
@@ -44,6 +47,8 @@ def open_file(
         if decimal is not None or first_line is not None:
             raise ImportFileError(f'--decimal and --first-line are for texts, not for {path}')
         return MatFile(path)
+    except DataError as error:
+        raise ImportFileError(str(error)) from None
     except OSError as error:
         raise ImportFileError(f'{path} cannot be read: {error.strerror or error}') from None
 

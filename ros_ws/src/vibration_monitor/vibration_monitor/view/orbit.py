@@ -5,6 +5,8 @@
 z to the right, y (the load, down) downwards, so the shaft turns counter-clockwise.
 """
 
+import math
+
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
@@ -15,6 +17,8 @@ from vibration_monitor.view.units import Units
 
 MAIN_PLANE = 'disk'
 REVOLUTIONS = 4
+MOST_ROWS = 1 << 16
+_SMALLEST = 1e-30
 _SCALE_STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
@@ -65,7 +69,8 @@ class Orbit:
             return
         joined = np.concatenate([self._rows, new])
         oldest = joined[-1, 0] - 2.0 * np.pi * REVOLUTIONS
-        self._rows = joined[joined[:, 0] >= oldest]
+        # of a shaft that stands still, or turns back, no row grows old by its angle
+        self._rows = joined[joined[:, 0] >= oldest][-MOST_ROWS:]
 
     def log(self) -> None:
         """Log the orbit at the time that is set on the stream; nothing before one revolution."""
@@ -103,7 +108,7 @@ class Orbit:
 
     def _log_scale(self, reach: float) -> None:
         """Log rings and axes when the scale has to change: up at once, down late."""
-        if reach <= 0.0 or 0.4 * self._ring <= reach <= self._ring:
+        if not _SMALLEST < reach < math.inf or 0.4 * self._ring <= reach <= self._ring:
             return
         self._ring = ring = round_up(1.1 * reach)
         circle = np.linspace(0.0, 2.0 * np.pi, 73)

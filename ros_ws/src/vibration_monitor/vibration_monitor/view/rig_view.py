@@ -24,6 +24,7 @@ from vibration_monitor.view.blueprint import Page, blueprint
 from vibration_monitor.view.curves import Curves
 from vibration_monitor.view.indicators import Indicators
 from vibration_monitor.view.orbit import Orbit
+from vibration_monitor.view.placing import origin_ns, placed
 from vibration_monitor.view.spectra import Spectra
 from vibration_monitor.view.status import Status
 from vibration_monitor.view.units import Units
@@ -40,8 +41,6 @@ CURVES_EVERY_S = 0.5
 
 MAX_WAITING = 8192
 """Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
-
-LONGEST_BLOCK_S = 1e5
 
 BESIDE_FLIGHT_S = 60.0
 """What is stamped longer before sample 0, or after the waveform, is not of this flight."""
@@ -155,7 +154,7 @@ class RigView:
         """
         if topic == topics.WAVEFORM:
             try:
-                self._on_waveform(_placed(decode(message)))
+                self._on_waveform(placed(decode(message)))
             except WireError as error:
                 self._refuse(topic, error)
         elif topic == topics.CONFIG:
@@ -241,7 +240,7 @@ class RigView:
         if self._blocks and self._blocks[0].rows.dtype != block.rows.dtype:
             self._send_blocks()
         if not self._last_ns:
-            self._origin_ns = _origin_ns(block)
+            self._origin_ns = origin_ns(block)
         self._blocks.append(block)
         self._last_ns = end_ns = block.stamp_ns + round(float(block.rows['time'][-1]) * NANOSECONDS)
         if end_ns - self._blocks[0].stamp_ns >= self._batch_s * NANOSECONDS:
@@ -258,7 +257,7 @@ class RigView:
         poses = slice(None, None, scene.POSE_EVERY)
         self._rig.send(offsets[poses], rows[poses])
         frames = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
-        for frame in np.array_split(np.arange(len(rows)), frames):
+        for frame in np.array_split(np.arange(len(rows)), min(frames, len(rows))):
             self._draw_frame(offsets[frame], rows[frame])
         self._release(int(offsets[-1]))
         if offsets[-1] >= self._curves_due_ns:
@@ -301,7 +300,7 @@ class RigView:
 
     def _offsets(self, block: WaveformBlock) -> NDArray[np.int64]:
         """Return flight time of each row in ns."""
-        within = np.rint(block.rows['time'] * NANOSECONDS).astype(np.int64)
+        within = np.rint(block.rows['time'].astype(np.float64) * NANOSECONDS).astype(np.int64)
         return within + (block.stamp_ns - self._origin())
 
     def _origin(self) -> int:
@@ -389,28 +388,8 @@ class RigView:
         self._use_config()
 
 
-def _placed(block: WaveformBlock) -> WaveformBlock:
-    """Return the block; raises WireError where its place on the time axis is not known."""
-    if 'time' not in block.columns or not len(block.rows):
-        raise WireError('the block has no `time` column or no rows')
-    time_s = block.rows['time'].astype(np.float64)
-    if not (time_s[0] >= 0.0 and time_s[-1] < LONGEST_BLOCK_S and (np.diff(time_s) > 0.0).all()):
-        raise WireError('the `time` column does not count seconds upwards from the stamp')
-    return block
-
-
 def _named(message: Any) -> dict[str, float]:
     """Return the numbers of a JointState by name."""
     if len(message.name) != len(message.position):
         raise WireError(f'{len(message.name)} names for {len(message.position)} numbers')
     return dict(zip(message.name, message.position, strict=True))
-
-
-def _origin_ns(block: WaveformBlock) -> int:
-    """Return the stamp of sample 0, from the stamp and the sample index of a block."""
-    time = block.rows['time']
-    first_ns = block.stamp_ns + round(float(time[0]) * NANOSECONDS)
-    if len(time) < 2:
-        return first_ns
-    rate_hz = round((len(time) - 1) / float(time[-1] - time[0]))
-    return first_ns - round(block.first_sample * NANOSECONDS / rate_hz)

@@ -35,7 +35,7 @@ class Status:
     def add_alarm(self, message: Any) -> None:
         """Show level and sentence as they are; log a line when the level or the words change."""
         for status in message.status:
-            level = _level(status)
+            level = level_of(status)
             name = style.LEVELS[level]
             known_level, known_words = self._alarms.get(status.name, (None, ''))
             words = _NUMBER.sub('', status.message)  # numbers change with every window
@@ -51,7 +51,7 @@ class Status:
     def add_health(self, message: Any) -> None:
         """Log a line whenever the level of a node changes, the first time only if it is bad."""
         for status in message.status:
-            level = _level(status)
+            level = level_of(status)
             known = self._health.get(status.name, 0)
             self._health[status.name] = level
             if level != known:
@@ -61,8 +61,3 @@ class Status:
     def _log(self, source: str, text: str, level: str, colour: style.Colour) -> None:
         self.drawn.add(style.LOG)
         self._stream.log(f'{style.LOG}/{source}', rr.TextLog(text, level=level, color=colour))
-
-
-def _level(status: Any) -> int:
-    """Return the level of a status; a level that nobody knows is STALE."""
-    return min(level_of(status), len(style.LEVELS) - 1)
