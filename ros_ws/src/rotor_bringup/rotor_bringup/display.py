@@ -62,7 +62,7 @@ class RunState:
     messages_left_out: int = 0
     late_blocks: int = 0
     other_sources: set[str] = field(default_factory=set)
-    refused: dict[str, int] = field(default_factory=dict)
+    refused_inputs: dict[str, int] = field(default_factory=dict)
     wall_s: float = 0.0
     _wall_start: float | None = None
 

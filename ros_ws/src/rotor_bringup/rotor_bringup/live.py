@@ -29,6 +29,8 @@ CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
 REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
 STANDARD_GRAVITY_M_S2 = 9.81
+MOST_DIGITS = 18
+"""Of a counter; more would be no count of anything."""
 
 
 @dataclass(frozen=True)
@@ -82,20 +84,26 @@ class RunWatcher(Node):  # type: ignore[misc]
     def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:
             for value in status.values:
-                if value.key == 'lost samples [1]':
-                    self._state.lost_samples[status.name] = int(value.value)
-                elif value.key == 'refused blocks [1]':
-                    self._state.refused_blocks[status.name] = int(value.value)
-                elif value.key == 'messages left out [1]':
-                    self._state.messages_left_out = int(value.value)
-                elif value.key == 'late blocks [1]':
-                    self._state.late_blocks = int(value.value)
-                elif value.key == 'windows judged [1]':
-                    self._state.judged_windows = int(value.value)
-                elif value.key in REFUSED:
-                    self._state.refused[REFUSED[value.key]] = int(value.value)
-                elif value.key == 'topics with another source' and value.value:
+                if value.key == 'topics with another source' and value.value:
                     self._state.other_sources.update(value.value.split(', '))
+                elif value.key.endswith('[1]') and value.value.isdecimal():
+                    self._take_count(status.name, value.key, int(value.value[:MOST_DIGITS]))
+
+    def _take_count(self, name: str, key: str, count: int) -> None:
+        """Take one counter of a node of the run."""
+        state = self._state
+        if key == 'lost samples [1]':
+            state.lost_samples[name] = count
+        elif key == 'refused blocks [1]':
+            state.refused_blocks[name] = count
+        elif key == 'messages left out [1]':
+            state.messages_left_out = count
+        elif key == 'late blocks [1]':
+            state.late_blocks = count
+        elif key == 'windows judged [1]':
+            state.judged_windows = count
+        elif key in REFUSED:
+            state.refused_inputs[REFUSED[key]] = count
 
 
 def run_live(
@@ -161,7 +169,7 @@ def run_live(
         )
     if strangers:
         warnings.append(dds.warning_about(strangers))
-    if refused := [f'{count} {what}' for what, count in state.refused.items() if count]:
+    if refused := [f'{count} {what}' for what, count in state.refused_inputs.items() if count]:
         warnings.append(f'the simulator refused {" and ".join(refused)} that cannot be of this run')
     return RunResult(folder, state, bool(received), failures, warnings)
 
