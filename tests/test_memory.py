@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory of what reads a recording does not grow with its length."""
 
-import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -43,16 +43,19 @@ def write(path: Path, seconds: int) -> Path:
     return path
 
 
+PEAK = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+"""Between us and the command: a process begins with the peak of the one that starts it."""
+
+
 def peak_mb(*words: object) -> float:
     """Return the most memory that a command had, in MB."""
-    child = subprocess.Popen(
-        [*CLI, *(str(word) for word in words)],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    _, status, usage = os.wait4(child.pid, 0)
-    child.returncode = os.waitstatus_to_exitcode(status)
-    assert child.returncode == 0
-    return usage.ru_maxrss / 1024
+    between = [sys.executable, '-S', '-c', PEAK, *CLI, *(str(word) for word in words)]
+    said = subprocess.run(between, capture_output=True, text=True, check=True)
+    return int(said.stdout) / 1024
 
 
 @pytest.fixture(scope='module')
