@@ -74,7 +74,7 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
         'dataset smoke --out set --jobs 2 --scheduler tcp://127.0.0.1:1',
         ['--jobs', '--scheduler'],
     ),
-    'a file as folder': ('dataset smoke --out tiny.txt', ['tiny.txt', 'cannot be written']),
+    'a file as folder': ('dataset smoke --out tiny.txt', ['tiny.txt', 'looks like a file']),
     'a folder of other things': ('dataset smoke --out folder', ['folder', 'not empty']),
 }
 
