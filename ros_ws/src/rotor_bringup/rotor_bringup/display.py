@@ -22,6 +22,7 @@ WORDS = {level.name: level.name for level in Level} | {Level.STALE.name: CANNOT_
 """What people read for a level."""
 
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
+_REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
 REFRESH_S = 0.25
 LINE_S = 2.0
 
@@ -92,6 +93,21 @@ class RunState:
             self.first_alarm = self.first_alarm or alarm
             if self.worst_alarm is None or level > LEVELS.index(self.worst_alarm.level):
                 self.worst_alarm = alarm
+
+    def take_count(self, name: str, key: str, count: int) -> None:
+        """Take a counter that node part `name` of the run reports on /diagnostics."""
+        if key == 'lost samples [1]':
+            self.lost_samples[name] = count
+        elif key == 'refused blocks [1]':
+            self.refused_blocks[name] = count
+        elif key == 'messages left out [1]':
+            self.messages_left_out = count
+        elif key == 'late blocks [1]':
+            self.late_blocks = count
+        elif key == 'windows judged [1]':
+            self.judged_windows = count
+        elif key in _REFUSED:
+            self.refused_inputs[_REFUSED[key]] = count
 
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""

@@ -27,7 +27,6 @@ from rotor_interfaces.run_topics import RunTopics, new_run_id
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
-REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
 STANDARD_GRAVITY_M_S2 = 9.81
 MOST_DIGITS = 18
 """Of a counter; more would be no count of anything."""
@@ -87,23 +86,7 @@ class RunWatcher(Node):  # type: ignore[misc]
                 if value.key == 'topics with another source' and value.value:
                     self._state.other_sources.update(value.value.split(', '))
                 elif value.key.endswith('[1]') and value.value.isdecimal():
-                    self._take_count(status.name, value.key, int(value.value[:MOST_DIGITS]))
-
-    def _take_count(self, name: str, key: str, count: int) -> None:
-        """Take one counter of a node of the run."""
-        state = self._state
-        if key == 'lost samples [1]':
-            state.lost_samples[name] = count
-        elif key == 'refused blocks [1]':
-            state.refused_blocks[name] = count
-        elif key == 'messages left out [1]':
-            state.messages_left_out = count
-        elif key == 'late blocks [1]':
-            state.late_blocks = count
-        elif key == 'windows judged [1]':
-            state.judged_windows = count
-        elif key in REFUSED:
-            state.refused_inputs[REFUSED[key]] = count
+                    self._state.take_count(status.name, value.key, int(value.value[:MOST_DIGITS]))
 
 
 def run_live(
