@@ -115,7 +115,7 @@ class MonitorConfig(ConfigModel):
         description='orders with amplitude and phase, rising, 0.25 to 50, 1 among them',
     )
     ball_pass_order: float = quantity(
-        8 * 40.1 / (40.1 + 63.9),
+        8 * 0.0401 / (0.0401 + 0.0639),
         unit='1',
         ge=_ORDER_RANGE[0],
         le=_ORDER_RANGE[1],
