@@ -80,10 +80,9 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._publish_until(self._credit.consumed_ns)
 
     def _has_started_anew(self) -> bool:
-        """Say whether ready was said again and the simulator has gone before the flight's end."""
-        end_ns = self._epoch_ns + (len(self._grid) - 3) * GRID_STEP_NS  # the grid goes on a little
-        is_over = self._credit.consumed_ns >= end_ns
-        if is_over or (self._simulators and not self._is_doubtful):
+        """Say whether ready was said again and the simulator has gone before the grid was out."""
+        is_out = self._next >= len(self._grid)  # then nothing more is owed, and it may have ended
+        if is_out or (self._simulators and not self._is_doubtful):
             return False
         there = self._publishers_of_credit()
         self._simulators = self._simulators or there
