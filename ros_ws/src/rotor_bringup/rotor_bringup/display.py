@@ -217,7 +217,7 @@ class Display:
         if self._live is not None:
             self._live.update(self._table(), refresh=True)
         elif self._state.simulated_s > 0.0:
-            self._console.print(self._line(), highlight=False, soft_wrap=True)
+            self._console.print(self._line(), markup=False, highlight=False, soft_wrap=True)
 
     def _amplitudes(self) -> str:
         state = self._state
@@ -246,7 +246,7 @@ class Display:
         table.add_row('time', f'{state.simulated_s:.1f} of {state.duration_s:g} s', bar)
         table.add_row('load factor', names.number_text(state.load_factor, '+.2f'))
         table.add_row('real-time factor', names.number_text(state.real_time_factor, '.2f'))
-        table.add_row(state.channel or 'amplitudes', self._amplitudes())
-        table.add_row('alarm', Text(WORDS[state.level], COLOURS[state.level]), state.reasons)
+        table.add_row(Text(state.channel or 'amplitudes'), self._amplitudes())
+        table.add_row('alarm', Text(WORDS[state.level], COLOURS[state.level]), Text(state.reasons))
         table.add_row('samples lost', str(state.lost))
         return table

@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rich.console import Console
 
 from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from rotor_bringup.console import printable
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
@@ -44,7 +45,7 @@ class RunResult:
 
 
 class RunWatcher(Node):  # type: ignore[misc]
-    """Fills a RunState from the topics of its run."""
+    """Fills a RunState from the topics of its run; what cannot be of the run is passed over."""
 
     def __init__(self, scenario: Scenario, state: RunState, run_id: str) -> None:
         super().__init__('run_watcher')
@@ -65,26 +66,35 @@ class RunWatcher(Node):  # type: ignore[misc]
             self._epoch_ns = messages.stamp_ns(message)
 
     def _on_clock(self, message: Any) -> None:
+        simulated_s = self._simulated_s(messages.stamp_ns(message))
+        if simulated_s is not None:
+            self._state.advance(simulated_s)
+            point = min(round(simulated_s * LOAD_RATE_HZ), len(self._load_factor) - 1)
+            self._state.load_factor = float(self._load_factor[point])
+
+    def _simulated_s(self, stamp_ns: int) -> float | None:
+        """Return the time of the run in s; None where a stamp is not of this run."""
         if self._epoch_ns is None:
-            return
-        simulated_s = (messages.stamp_ns(message) - self._epoch_ns) * 1e-9
-        self._state.advance(simulated_s)
-        point = min(round(simulated_s * LOAD_RATE_HZ), len(self._load_factor) - 1)
-        self._state.load_factor = float(self._load_factor[point])
+            return None
+        simulated_s = (stamp_ns - self._epoch_ns) * 1e-9
+        return simulated_s if 0.0 <= simulated_s <= self._state.duration_s + 1.0 else None
 
     def _on_indicators(self, message: Any) -> None:
-        self._state.take_indicators(dict(zip(message.name, message.position, strict=True)))
+        if len(message.name) == len(message.position):
+            self._state.take_indicators(dict(zip(message.name, message.position, strict=True)))
 
     def _on_alarm(self, message: Any) -> None:
-        status = message.status[0]
-        time_s = (messages.stamp_ns(message) - (self._epoch_ns or 0)) * 1e-9
-        self._state.take_alarm(messages.level_of(status), status.message, time_s)
+        time_s = self._simulated_s(messages.stamp_ns(message))
+        if message.status and time_s is not None:
+            status = message.status[0]
+            self._state.take_alarm(messages.level_of(status), printable(status.message), time_s)
 
     def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:
             for value in status.values:
-                if value.key == 'topics with another source' and value.value:
-                    self._state.other_sources.update(value.value.split(', '))
+                if value.key == 'topics with another source':
+                    named = {topic.name for topic in topics.TOPICS} & {*value.value.split(', ')}
+                    self._state.other_sources.update(named)
                 elif value.key.endswith('[1]') and value.value.isdecimal():
                     self._state.take_count(status.name, value.key, int(value.value[:MOST_DIGITS]))
 
