@@ -12,6 +12,7 @@ time, or the process grew beyond 1.5 GiB.
 
 import argparse
 import collections
+import json
 import logging
 import resource
 import signal
@@ -21,6 +22,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 import fuzz_blocks
@@ -117,6 +119,7 @@ def main() -> int:
     parser.add_argument('--inputs', type=int, default=10_000, help='inputs of each kind')
     parser.add_argument('--first', type=int, default=0, help='number of the first input')
     parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--json', type=Path, help='file for the figures of each kind')
     asked = parser.parse_args()
     if unknown := set(asked.kinds) - set(KINDS):
         parser.error(f'{unknown.pop()} is no kind of input; known: {", ".join(KINDS)}')
@@ -127,6 +130,7 @@ def main() -> int:
     table = Table('kind', 'inputs', 'foreign exceptions', 'over 2 s', 'slowest [s]', 'peak [MiB]')
     console = Console()
     good = True
+    figures = {}
     for kind in asked.kinds or KINDS:
         found = fuzz(kind, KINDS[kind](), first=asked.first, inputs=asked.inputs, seed=asked.seed)
         good &= found.is_good
@@ -135,11 +139,20 @@ def main() -> int:
         for number in found.slow:
             console.out(f'{kind} {number}: more than {LONGEST_S:g} s')
         seconds, number = found.slowest
+        figures[kind] = {
+            'inputs': found.inputs,
+            'foreign exceptions': found.foreign.total(),
+            f'over {LONGEST_S:g} s': len(found.slow),
+            'slowest [CPU s]': round(seconds, 2),
+            'most memory [MiB]': round(found.peak_mib),
+        }
         table.add_row(
             kind, str(found.inputs), str(found.foreign.total()), str(len(found.slow)),
             f'{seconds:.2f} (input {number})', f'{found.peak_mib:.0f}',
         )  # fmt: skip
     console.print(table)
+    if asked.json:
+        asked.json.write_text(json.dumps(figures, indent=1) + '\n', 'utf-8')
     return 0 if good else 1
 
 

@@ -1,0 +1,132 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""A `rotor-rig run` under way, in a ROS domain of its own, for tests and benchmarks."""
+
+import itertools
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil  # type: ignore[import-untyped]
+
+CLI = [sys.executable, '-m', 'rotor_bringup']
+NODES = {
+    'rotor_sim': 'rotor_sim.node',
+    'maneuver_gen': 'maneuver_gen.node',
+    'vibration_monitor': 'vibration_monitor.node',
+    'recorder': 'vibration_monitor.recorder_node',
+}
+_domains = itertools.count(os.getpid())
+BYTES_A_SECOND = 700_000
+"""Of a recording, at the least."""
+
+
+def private_domain() -> str:
+    """Return a ROS domain that nothing else of this process uses, 60 to 99."""
+    return str(60 + next(_domains) % 40)
+
+
+def private_environment(log_folder: Path) -> dict[str, str]:
+    """Return an environment with a ROS domain of its own on loopback."""
+    return {
+        **os.environ,
+        'ROS_DOMAIN_ID': private_domain(),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_LOG_DIR': str(log_folder),
+    }
+
+
+class LiveFlight:
+    """A live run that records into a folder; `process` is the command.
+
+    Args:
+        folder: where the recording gets a folder of its own.
+        options: of `rotor-rig run`, a scenario's name among them.
+        environment: with the ROS domain to fly in; default: a private one.
+
+    """
+
+    def __init__(
+        self, folder: Path, *options: str, environment: dict[str, str] | None = None
+    ) -> None:
+        self.folder = folder
+        self.environment = environment or private_environment(folder / 'log')
+        self.process = subprocess.Popen(
+            [*CLI, 'run', '--record', str(folder), *options],
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def wait_until_recording(self, seconds: float = 2.0) -> Path:
+        """Return the file being written once it holds about `seconds` of the run.
+
+        Raises:
+            TimeoutError: it did not grow within two minutes.
+            ChildProcessError: the command has ended.
+
+        """
+        deadline = time.monotonic() + 120.0
+        while time.monotonic() < deadline:
+            files = list(self.folder.glob('*/*.mcap.active'))
+            if files and files[0].stat().st_size > seconds * BYTES_A_SECOND:
+                return files[0]
+            if self.process.poll() is not None:
+                raise ChildProcessError(' '.join(self.process.communicate()))
+            time.sleep(0.05)
+        raise TimeoutError('the recording did not grow')
+
+    def nodes(self) -> dict[str, int]:
+        """Return the process ids of the nodes by name."""
+        found = {}
+        for child in psutil.Process(self.process.pid).children():
+            try:
+                command = child.cmdline()
+            except psutil.Error:
+                continue
+            found |= {name: child.pid for name, module in NODES.items() if module in command}
+        return found
+
+    def finish(self, timeout_s: float = 150.0) -> tuple[int, str]:
+        """Wait for the end; return the exit code and all that was said."""
+        out, err = self.process.communicate(timeout=timeout_s)
+        return self.process.returncode, out + err
+
+    def bag(self) -> Path:
+        """Return the bag folder."""
+        return next(path.parent for path in self.folder.glob('*/*.mcap*'))
+
+    def close(self) -> None:
+        """Kill what still runs, by its id."""
+        if self.process.poll() is None:
+            for pid in (*self.nodes().values(), self.process.pid):
+                if psutil.pid_exists(pid):
+                    psutil.Process(pid).kill()
+            self.process.communicate()
+
+
+def running(pids: dict[str, int]) -> list[str]:
+    """Return the nodes that still run 5 s later."""
+    deadline = time.monotonic() + 5.0
+    while True:
+        alive = []
+        for name, pid in pids.items():
+            try:
+                process = psutil.Process(pid)
+                if process.status() != psutil.STATUS_ZOMBIE and NODES[name] in process.cmdline():
+                    alive.append(name)
+            except psutil.Error:
+                continue
+        if not alive or time.monotonic() > deadline:
+            return alive
+        time.sleep(0.1)
+
+
+def some_time(shortest_s: float, longest_s: float) -> float:
+    """Return a random time, so that what happens then meets the run anywhere."""
+    return random.uniform(shortest_s, longest_s)

@@ -1,0 +1,134 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Measure what docs/reliability.md promises; write the figures, and the page from them.
+
+    python benchmarks/reliability.py --quick          everything small: two minutes
+    python benchmarks/reliability.py kills signals    these parts in full
+    python benchmarks/reliability.py                  all of it: some three hours
+
+Every part puts its figures into --out (default: reliability.json here) and is judged; the exit code
+is 1 if a promise did not hold. --page writes docs/reliability.md from docs/reliability.json.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import reliability_flights as flights
+import reliability_messages as talk
+from report import machine
+from rich.console import Console
+
+DOCS = Path(__file__).resolve().parent.parent / 'docs'
+
+
+@dataclass(frozen=True)
+class Part:
+    """One promise and how it is put to the test."""
+
+    title: str
+    promise: str
+    run: Callable[..., dict[str, Any]]
+
+
+PARTS = {
+    'kills': Part(
+        'Kill -9 of the recorder',
+        'A recording survives the death of its recorder: it loses at most the last half second, '
+        'has no hole, is read as it is, and `rotor-rig recover` makes a whole file of it.',
+        flights.kills,
+    ),
+    'signals': Part(
+        'Every process, every signal',
+        'Whatever ends one process ends the rig in order: no process stays behind, no traceback '
+        'is shown, and what was recorded is readable. A process that is stopped and continued '
+        'ends nothing.',
+        flights.signals,
+    ),
+    'rogue_blocks': Part(
+        'Rogue blocks',
+        'No block ends the monitor or the recorder; it is refused, counted, and the next sane '
+        'block is taken.',
+        talk.rogue_blocks,
+    ),
+    'rogue_stranger': Part(
+        'A stranger on every topic',
+        'What a stranger publishes on the topics of a rig in flight, those of the run itself '
+        'among them, changes no byte of its recording.',
+        talk.rogue_stranger,
+    ),
+    'fuzz': Part(
+        'Fuzz',
+        'No block, recording, scenario or file to import raises a foreign exception, takes more '
+        'than 2 s of CPU time, or takes memory without bound.',
+        talk.fuzz,
+    ),
+    'two_rigs': Part(
+        'Two rigs in one domain',
+        'Of two rigs in one ROS domain, one flies and the other is refused in one sentence, or '
+        'they fly one after the other; neither enters the flight of the other.',
+        flights.two_rigs,
+    ),
+    'sockets': Part(
+        'Sockets',
+        'Every UDP socket and every listening socket of a rig is of the loopback interface.',
+        flights.sockets,
+    ),
+    'cheats': Part(
+        'Detectors that cheat',
+        'A detector under test sees blocks and nothing else; each way to cheat that the test '
+        'detector knows fails.',
+        talk.cheats,
+    ),
+    'hour': Part(
+        'An hour at rate 1',
+        'In an hour of wall time nothing is lost, and no process takes more memory, files or '
+        'threads; the commands that read the recording take at most 300 MiB.',
+        flights.hour,
+    ),
+}
+
+
+def main() -> int:
+    """Run the parts asked for and return the exit code."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument('parts', nargs='*')
+    parser.add_argument('--quick', action='store_true')
+    parser.add_argument('--out', type=Path, default=Path('reliability.json'))
+    asked = parser.parse_args()
+    console = Console()
+    results = json.loads(asked.out.read_text('utf-8')) if asked.out.exists() else {}
+    good = True
+    for name in asked.parts or PARTS:
+        with tempfile.TemporaryDirectory(prefix='rotor-rig-reliability-') as folder:
+            began = time.monotonic()
+            result: dict[str, Any] = {'broken': ''}
+            try:
+                result['figures'] = PARTS[name].run(Path(folder), quick=asked.quick)
+            except flights.BrokenPromise as broken:
+                result['broken'] = str(broken)
+            except Exception:  # noqa: BLE001 - a part that fails must not end the others
+                result['broken'] = traceback.format_exc()
+            result |= {
+                'quick': asked.quick,
+                'seconds': round(time.monotonic() - began),
+                'load': round(os.getloadavg()[2], 1),
+                'machine': machine(),
+            }
+        good &= not result['broken']
+        console.print({name: result})
+        results[name] = result
+        asked.out.write_text(json.dumps(results, indent=1) + '\n', 'utf-8')
+    return 0 if good else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
