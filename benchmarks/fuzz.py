@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Feed the rig with what nobody should send: blocks, views, recordings and scenarios.
+"""Feed the rig with what nobody should send: blocks, views, recordings, scenarios, foreign files.
 
     python benchmarks/fuzz.py                        10 000 inputs of each kind
     python benchmarks/fuzz.py blocks --inputs 100000 --seed 7
@@ -27,6 +27,7 @@ from typing import Protocol
 
 import fuzz_blocks
 import fuzz_files
+import fuzz_foreign
 import numpy as np
 from numpy.random import Generator, default_rng
 from rich.console import Console
@@ -74,6 +75,10 @@ KINDS: dict[str, Callable[[], Consumer]] = {
     'blocks': fuzz_blocks.Blocks,
     'views': fuzz_blocks.Views,
     'recordings': fuzz_files.Recordings,
+    'repeats': fuzz_files.Repeats,
+    'sqlite': fuzz_foreign.Sqlite,
+    'texts': fuzz_foreign.Texts,
+    'matlab': fuzz_foreign.Matlab,
     'scenarios': fuzz_files.Scenarios,
 }
 
@@ -115,7 +120,7 @@ def _give_up(*_: object) -> None:
 def main() -> int:
     """Feed, print what was found, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0] if __doc__ else None)
-    parser.add_argument('kinds', nargs='*', help='blocks, views, recordings, scenarios; all')
+    parser.add_argument('kinds', nargs='*', help=f'{", ".join(KINDS)}; default: all')
     parser.add_argument('--inputs', type=int, default=10_000, help='inputs of each kind')
     parser.add_argument('--first', type=int, default=0, help='number of the first input')
     parser.add_argument('--seed', type=int, default=1)

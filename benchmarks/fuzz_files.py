@@ -98,7 +98,19 @@ def json_text(rng: Generator, data: Any) -> str:
     return changed_text(rng, json.dumps(other)) if rng.integers(3) == 0 else json.dumps(other)
 
 
-def command(*arguments: str) -> None:
+def spoilt(rng: Generator, data: bytes) -> bytes:
+    """Return a file of which bytes have changed, at times."""
+    found = bytearray(data)
+    for _ in range(rng.integers(0, 6) if rng.integers(2) else 0):
+        at = rng.integers(len(found))
+        if rng.integers(4) == 0:
+            found[at : at + 8] = int(rng.choice([0, 1, 2**31, 2**62])).to_bytes(8, 'little')
+        else:
+            found[at] = rng.integers(256)
+    return bytes(found[: rng.integers(len(found))] if rng.integers(20) == 0 else found)
+
+
+def command(*arguments: str, wanted: tuple[int, ...] = (0, 2)) -> None:
     """Run a command of `rotor-rig` in this process; raises what it lets through."""
     out, err = io.StringIO(), io.StringIO()
     code: Any = 0
@@ -107,7 +119,7 @@ def command(*arguments: str) -> None:
             app(list(arguments), prog_name='rotor-rig')
     except SystemExit as end:
         code = end.code
-    if code not in (0, 2):
+    if code not in wanted:
         raise AssertionError(f'{arguments} ended with exit code {code}: {err.getvalue()}')
     if '\x1b' in err.getvalue():
         raise AssertionError(f'{arguments} wrote control characters: {err.getvalue()!r}')
@@ -140,6 +152,8 @@ class Scenarios:
 class Recordings:
     """Recordings through all commands that read them; of a replay, what needs no ROS."""
 
+    suffix = '.mcap'
+
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix='rotor-rig-fuzz-')
         self._scenario: Scenario = load_scenario('level_healthy')
@@ -153,12 +167,16 @@ class Recordings:
         folder.mkdir(exist_ok=True)
         for file in folder.iterdir():
             file.unlink()
-        file = folder / 'run_0.mcap'
-        file.write_bytes(self._spoilt(rng, self._recording(rng)))
+        file = folder / f'run_0{self.suffix}'
+        file.write_bytes(spoilt(rng, self._recording(rng)))
         path = str(file)
         if rng.integers(4) == 0:
-            (folder / 'metadata.yaml').write_text(self._metadata(rng), 'utf-8', errors='replace')
+            text = self._metadata(rng, file.name)
+            (folder / 'metadata.yaml').write_text(text, 'utf-8', errors='replace')
             path = str(folder)
+        self._read(rng, path)
+
+    def _read(self, rng: Generator, path: str) -> None:
         ways: tuple[Callable[[], None], ...] = (
             lambda: command('analyze', path, '--json'),
             lambda: command('analyze', path, '--out', f'{self._folder.name}/windows.csv'),
@@ -166,6 +184,7 @@ class Recordings:
             lambda: command('view', path, '--save', f'{self._folder.name}/view.rrd'),
             lambda: command('scenario', 'show', path),
             lambda: command('baseline', path, '--json'),
+            lambda: command('verify', path, wanted=(0, 1, 2)),
             lambda: _plan_replay(Path(path), float(rng.choice([0.0, 0.05, 1e9]))),
         )
         ways[rng.integers(len(ways))]()
@@ -238,11 +257,11 @@ class Recordings:
         )
         return writer.register_channel(name, encoding, schema, {'offered_qos_profiles': qos})
 
-    def _metadata(self, rng: Generator) -> str:
+    def _metadata(self, rng: Generator, name: str) -> str:
         data: Any = {
             'rosbag2_bagfile_information': {
                 'version': 9,
-                'relative_file_paths': ['run_0.mcap'],
+                'relative_file_paths': [name],
                 'compression_format': '',
                 'compression_mode': '',
                 'topics_with_message_count': [],
@@ -255,16 +274,15 @@ class Recordings:
         except (RigError, ValueError):
             return json.dumps(data)
 
-    def _spoilt(self, rng: Generator, data: bytes) -> bytes:
-        """Return a file of which bytes have changed, at times."""
-        spoilt = bytearray(data)
-        for _ in range(rng.integers(0, 6) if rng.integers(2) else 0):
-            at = rng.integers(len(spoilt))
-            if rng.integers(4) == 0:
-                spoilt[at : at + 8] = int(rng.choice([0, 1, 2**31, 2**62])).to_bytes(8, 'little')
-            else:
-                spoilt[at] = rng.integers(256)
-        return bytes(spoilt[: rng.integers(len(spoilt))] if rng.integers(20) == 0 else spoilt)
+
+class Repeats(Recordings):
+    """Recordings whose run is made again by `simulate`, for a moment of it."""
+
+    def _read(self, rng: Generator, path: str) -> None:
+        out = Path(self._folder.name) / 'again.mcap'
+        out.unlink(missing_ok=True)
+        length = str(rng.choice(['0.001', '0.03', '0.1']))
+        command('simulate', path, '--out', str(out), '--duration', length, '--json')
 
 
 def _plan_replay(path: Path, start_s: float) -> None:

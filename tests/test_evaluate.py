@@ -172,6 +172,36 @@ def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Pa
         assert result['outcomes']['zones']['failure'] == ''
 
 
+WORDLESS = {
+    'nan': '',
+    'empty': '',
+    'type': '/my/score is std_msgs/msg/String; a detector says',
+    'silent': 'no node published /my/score and listened to rotor/waveform within 15 s',
+    'timer': '',
+}
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize('how', WORDLESS)
+def test_a_node_without_a_number_fails_its_flights_and_ends_nothing(
+    rig: Rig, small_suite: Path, tmp_path: Path, how: str
+) -> None:
+    program = f'{sys.executable} {NODE.with_name("wordless_node.py")} {how}'
+    done = rig(
+        'evaluate', 'topic:my/score', '--node-command', program, '--suite', small_suite,
+        '--limit', 1, '--out', tmp_path, '--json',
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    flights = evaluation(tmp_path)['flights']
+    assert len(flights) == 2
+    for flight in flights:
+        outcome = flight['outcomes']['topic:my/score']
+        assert outcome['failure'].startswith(WORDLESS[how])
+        assert bool(outcome['failure']) == bool(WORDLESS[how])
+        assert (outcome['score'], outcome['alarms']) == (None, 0)
+
+
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_a_node_that_says_nothing_has_failed_in_a_sentence(

@@ -11,7 +11,12 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.mark.parametrize('kind', ['blocks', 'views', 'recordings', 'scenarios'])
+@pytest.mark.parametrize(
+    'kind',
+    [
+        'blocks', 'views', 'recordings', 'repeats', 'sqlite', 'texts', 'matlab', 'scenarios',
+    ],
+)  # fmt: skip
 def test_no_hostile_input_gets_through(kind: str) -> None:
     done = subprocess.run(
         [sys.executable, ROOT / 'benchmarks/fuzz.py', kind, '--inputs', '300', '--seed', '11'],

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launch the rig on one scenario: what `rotor-rig run` does, for users of `ros2 launch`."""
 
+import atexit
 import signal
-import tempfile
 from pathlib import Path
 
 import yaml
@@ -16,6 +16,7 @@ from launch_ros.actions import Node
 
 from rotor_bringup.live import node_parameters
 from rotor_bringup.scenario import DEFAULT_SCENARIO, load_scenario
+from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.ros import namespace_arguments
 from rotor_interfaces.run_topics import new_run_id
 
@@ -32,7 +33,10 @@ def _rig(context: LaunchContext) -> list[Node]:
         scenario, float(argument['rate']), Path(argument['record']), new_run_id()
     )
     ros_arguments = namespace_arguments(argument['namespace'])
-    file = Path(tempfile.mkdtemp(prefix='rotor-rig-')) / 'parameters.yaml'
+    remove_leftovers()
+    folder = OwnFolder('launch-')
+    atexit.register(folder.cleanup)  # the nodes have ended by then
+    file = folder.path / 'parameters.yaml'
     sections = {f'/**/{node}': {'ros__parameters': values} for node, values in parameters.items()}
     file.write_text(yaml.safe_dump(sections), 'utf-8')
 

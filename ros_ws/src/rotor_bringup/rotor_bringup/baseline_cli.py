@@ -9,6 +9,8 @@ from typing import Annotated, Any
 import typer
 import yaml
 
+from rotor_bringup.console import printable
+
 
 def add_command(app: typer.Typer, print_json: Callable[[dict[str, Any]], None]) -> None:
     """Register the command; programs read what `print_json` prints."""
@@ -25,14 +27,22 @@ def add_command(app: typer.Typer, print_json: Callable[[dict[str, Any]], None]) 
         as_json: Annotated[bool, typer.Option('--json', help='Print the result as JSON.')] = False,
     ) -> None:
         """Learn a machine's baseline for the crack estimate, as a part of a scenario."""
-        from vibration_monitor.detectors.baseline import baseline_of  # noqa: PLC0415 - slow
-        from vibration_monitor.reading import Recording, waveform_blocks  # noqa: PLC0415
+        from rotor_bringup.pipeline import analyze  # noqa: PLC0415 - slow
+        from vibration_monitor.detectors.baseline import (  # noqa: PLC0415
+            baseline_of_records,
+            reference_monitor,
+        )
+        from vibration_monitor.reading import Recording  # noqa: PLC0415
 
         recordings = [Recording(file, waveform_topic) for file in files]
-        learnt = baseline_of(waveform_blocks(recording) for recording in recordings)
-        for recording in recordings:
-            for sentence in recording.damage:
-                typer.echo(f'warning: {sentence}', err=True)
+        try:
+            learnt = baseline_of_records(
+                analyze(recording, reference_monitor()) for recording in recordings
+            )
+        finally:  # what was left out may be why there is no baseline
+            for recording in recordings:
+                for sentence in recording.damage:
+                    typer.echo(f'warning: {printable(sentence)}', err=True)
         part = {'monitor': {'crack': {'baseline': learnt.model_dump(mode='json')}}}
         if as_json:
             print_json(part)

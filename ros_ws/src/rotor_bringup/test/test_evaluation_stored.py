@@ -14,7 +14,8 @@ from rotor_bringup.errors import DatasetError
 from rotor_bringup.evaluation.suites import Stored
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
-from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, decode, encode
+from vibration_monitor.reading import Recording
 from vibration_monitor.recording import RecordingWriter
 
 RATE_HZ = 1024
@@ -39,6 +40,21 @@ def stored(folder: Path, name: str, blocks: tuple[tuple[int, int], ...]) -> Flig
 
 def flown(folder: Path, flights: list[Flight]) -> list[list[int]]:
     return [[block.first_sample for block in row] for row in Stored(folder).fly(flights)]
+
+
+def test_a_block_whose_samples_do_not_follow_is_damage_of_its_file(tmp_path: Path) -> None:
+    flight = stored(tmp_path, 'bad', ((0, 256), (256, 1)))
+    file = tmp_path / 'flights' / 'bad.mcap'
+    with RecordingWriter.single_file(tmp_path / 'new.mcap') as writer:
+        for message in Recording(file).messages():
+            block = messages.from_cdr(message.data, message.type)
+            rows = np.zeros(256, WAVEFORM_DTYPE)
+            rows['sample'] = decode(block).first_sample
+            data = messages.to_cdr(encode(WaveformBlock(0, rows), OFFLINE))
+            writer.write(topics.WAVEFORM, data, message.log_time_ns, message.log_time_ns)
+    (tmp_path / 'new.mcap').replace(file)
+    with pytest.raises(DatasetError, match=r'bad\.mcap is damaged after sample 0: the samples of'):
+        flown(tmp_path, [flight])
 
 
 def test_whole_flights_come_in_lock_step(tmp_path: Path) -> None:

@@ -5,11 +5,12 @@
 import math
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import spy_rig
-from rotor_bringup.evaluation import topic
+from rotor_bringup.evaluation import listener_node, topic
 from rotor_bringup.evaluation.listener_node import dated, worst_level
 from rotor_bringup.evaluation.topic import watched
 from rotor_bringup.evaluation.wire import one_line
@@ -86,6 +87,16 @@ def test_a_block_is_out_at_its_end(tmp_path: Path) -> None:
     topic._write(flight, spy_rig.TellingSource(), tmp_path / 'flight.mcap')
     times = [message.log_time_ns for message in Recording(tmp_path / 'flight.mcap').messages()]
     assert times == [round(1e9 * (n + 1) * spy_rig.SAMPLES / 10_240) for n in range(4)]
+
+
+def test_what_is_kept_of_a_flood_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listener_node, 'MOST_SAID', 3)
+    node: Any = SimpleNamespace(said=[], failure='', _clock_ns=1)
+    for number in range(5):
+        listener_node.ListenerNode._hear(node, SimpleNamespace(data=float(number)))
+        assert bool(node.failure) == (number > 2)
+    assert node.said == [(1e-9, 0.0, ''), (1e-9, 1.0, ''), (1e-9, 2.0, '')]
+    assert watched(node.said, 10.0, node.failure).failure == node.failure
 
 
 def test_infinity_is_a_failure() -> None:

@@ -38,6 +38,16 @@ def test_text_gives_back_what_was_written(
             assert file.column(name).tolist() == expected
 
 
+def test_a_small_file_of_very_much_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / 'zeros.mat'
+    savemat(path, {'x': np.zeros(80_000_000)}, do_compression=True)
+    assert path.stat().st_size < 1_000_000
+    with pytest.raises(ImportFileError, match='takes more memory than 64 times its size'):
+        open_file(path)
+    savemat(path, {'x': np.zeros(1_000_000)}, do_compression=True)
+    assert len(open_file(path).column('x')) == 1_000_000
+
+
 @pytest.mark.parametrize('text', ['1\n2\n3\n', '1\r\n2\r\n3\r\n', '\ufeff1\n2\n3'])
 def test_one_column_needs_no_delimiter(tmp_path: Path, text: str) -> None:
     path = tmp_path / 'x.txt'

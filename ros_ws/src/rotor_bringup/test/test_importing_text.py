@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Foreign text is read right or refused with both readings named; what is left out is counted."""
 
+import contextlib
 import math
+import time
 from pathlib import Path
 
 import pytest
@@ -78,6 +80,17 @@ READ: dict[str, tuple[str | bytes, str]] = {
 def test_what_can_be_read_in_one_way_is_read_whole(name: str, tmp_path: Path) -> None:
     text, key = READ[name]
     assert opened(tmp_path, text).column(key).tolist() == ACC
+
+
+@pytest.mark.parametrize('line', ['{}', '{}x', '{}.{}.', '{},{},', '-{}e', ' ' * 100_000 + '{}'])
+def test_a_cell_of_100_000_digits_takes_no_longer_than_it_is_long(
+    tmp_path: Path, line: str
+) -> None:
+    begun_s = time.process_time()
+    digits = '9' * 100_000
+    with contextlib.suppress(ImportFileError):
+        opened(tmp_path, f'acc\n0.5\n{line.format(digits, digits)}\n0.25\n').column('acc')
+    assert time.process_time() - begun_s < 1.0
 
 
 EITHER = 'two columns or one with a decimal comma; .*--decimal point.*--decimal comma'

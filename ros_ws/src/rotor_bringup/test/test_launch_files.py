@@ -8,6 +8,8 @@ the files build. (With the real ones, from source, all four were started and sto
 
 import ast
 import importlib.util
+import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -19,6 +21,7 @@ import yaml
 
 from rotor_bringup.scenario import DEFAULT_SCENARIO
 from rotor_interfaces.errors import RigError
+from rotor_interfaces.leftovers import remove_leftovers
 
 SOURCES = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted(SOURCES.glob('*/launch/*.launch.py'))
@@ -49,6 +52,10 @@ class LaunchConfiguration(Noted):
 @pytest.fixture
 def stand_ins(monkeypatch: pytest.MonkeyPatch) -> dict[str, type[Noted]]:
     """Put the stand-ins where the launch files import them from; return the classes by name."""
+    return put_stand_ins(monkeypatch)
+
+
+def put_stand_ins(monkeypatch: pytest.MonkeyPatch) -> dict[str, type[Noted]]:
     contents = {
         'launch': ['LaunchContext', 'LaunchDescription'],
         'launch.actions': ['DeclareLaunchArgument', 'EmitEvent', 'OpaqueFunction', 'Shutdown'],
@@ -185,6 +192,45 @@ def test_the_end_of_the_simulator_ends_the_monitor_first(
     target = first.named['event'].named['process_matcher'].positional[0]
     assert target is nodes['vibration_monitor_node']
     assert all(isinstance(node.named['on_exit'], stand_ins['Shutdown']) for node in nodes.values())
+
+
+LAUNCHED = """
+import sys, pytest, test_launch_files as launch
+nodes = launch.rig_nodes(launch.put_stand_ins(pytest.MonkeyPatch()), {
+    'scenario': launch.DEFAULT_SCENARIO, 'duration': '3', 'rate': '1', 'record': 'bag',
+    'namespace': '',
+})
+print(nodes[0].named['parameters'][0], flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize('is_killed', [False, True])
+def test_the_folder_of_a_launch_goes_with_it_or_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_killed: bool
+) -> None:
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    with subprocess.Popen(
+        [sys.executable, '-c', LAUNCHED],
+        cwd=Path(__file__).parent,
+        env={**os.environ, 'TMPDIR': str(tmp_path)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as launched:
+        assert launched.stdin is not None
+        assert launched.stdout is not None
+        folder = Path(launched.stdout.readline().strip()).parent
+        assert folder.parent == tmp_path
+        remove_leftovers()
+        assert folder.exists(), 'it is in use'
+        if is_killed:
+            launched.kill()
+        launched.stdin.close()
+        launched.wait(20)
+    assert folder.exists() == is_killed
+    remove_leftovers()
+    assert not folder.exists()
 
 
 def test_a_wrong_scenario_starts_nothing(

@@ -3,7 +3,14 @@
 """Continuity of a block stream, proved by the absolute sample index."""
 
 import enum
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from rotor_interfaces.errors import WireError
+
+CLOCK_DRIFT = 1e-3
+"""Honest clocks of stamps and samples differ by less than this share of the time that passes."""
 
 
 class Continuity(enum.Enum):
@@ -15,9 +22,66 @@ class Continuity(enum.Enum):
     RESTART = 'restart'
 
 
+class BlockTime(NamedTuple):
+    """When a block begins: its stamp, and its first time after that; the time between samples.
+
+    The last is NaN where the block does not say.
+    """
+
+    stamp_ns: int
+    start_s: float
+    step_s: float
+
+
+UNTIMED = BlockTime(0, math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a block stands, by the index and by the clock."""
+
+    first_sample: int
+    count: int
+    time: BlockTime
+
+    @property
+    def next_sample(self) -> int:
+        return self.first_sample + self.count
+
+    def with_step(self, step_s: float) -> '_Place':
+        return replace(self, time=self.time._replace(step_s=step_s))
+
+    def since_s(self, other: '_Place') -> float:
+        """Return how much later than another block this one begins by the clock."""
+        passed_ns = self.time.stamp_ns - other.time.stamp_ns
+        return passed_ns * 1e-9 + (self.time.start_s - other.time.start_s)
+
+    def late_s(self, newest: '_Place', sample: int) -> float:
+        """Return how much later it begins than a sample is due, counted from the newest block."""
+        return self.since_s(newest) - (sample - newest.first_sample) * newest.time.step_s
+
+    def is_due(self, newest: '_Place', sample: int) -> bool:
+        """Say whether it begins when a sample is due, to half a block; no where nobody can say."""
+        samples = max(self.count, newest.count) / 2 + CLOCK_DRIFT * abs(sample - newest.next_sample)
+        return abs(self.late_s(newest, sample)) <= samples * newest.time.step_s > 0
+
+
+class _Pace(enum.Enum):
+    """Whether the stamps of a run go with its samples."""
+
+    UNKNOWN = 'unknown'
+    KEPT = 'kept'
+    NOT_KEPT = 'not kept'
+
+
 @dataclass
 class SampleContinuity:
     """Counts what a stream of blocks lost; a jump backwards is a new run, not a loss.
+
+    A jump that the stamps contradict is neither: where they have kept pace with the samples, the
+    block is refused, unless it goes on from the one refused before, for then the source does count
+    otherwise. Behind the first block of a run nobody knows which of the two is wrong, and another
+    run begins. Where the stamps have not kept pace, the index alone counts.
 
     `next_sample` is the index that the next block should start with (None before the first),
     `blocks`, `gaps`, `lost_samples` and `restarts` only ever grow.
@@ -28,22 +92,73 @@ class SampleContinuity:
     gaps: int = 0
     lost_samples: int = 0
     restarts: int = 0
+    _newest: _Place | None = None
+    _refused: _Place | None = None
+    _pace: _Pace = _Pace.UNKNOWN
 
-    def check(self, first_sample: int, count: int) -> Continuity:
-        """Take the block [first_sample, first_sample + count) and say how it follows."""
-        expected = self.next_sample
-        self.next_sample = first_sample + count
+    def check(self, first_sample: int, count: int, time: BlockTime = UNTIMED) -> Continuity:
+        """Take the block [first_sample, first_sample + count) and say how it follows.
+
+        Raises:
+            WireError: see `follows`; the block is not taken.
+
+        """
+        how = self.follows(first_sample, count, time)
+        block, newest, expected = _Place(first_sample, count, time), self._newest, self.next_sample
+        self._newest, self._refused, self.next_sample = block, None, block.next_sample
         self.blocks += 1
-        if expected is None:
+        if newest is None or expected is None:
+            return how
+        if how is Continuity.RESTART:
+            self.restarts += 1
+            self._pace = _Pace.UNKNOWN
+            return how
+        step_s = newest.time.step_s
+        if how is Continuity.GAP:
+            self.gaps += 1
+            self.lost_samples += first_sample - expected
+        else:
+            if math.isnan(step_s):  # one sample, or no times: by the stamps
+                step_s = block.since_s(newest) / newest.count
+            is_due = block.is_due(newest.with_step(step_s), first_sample)
+            self._pace = _Pace.KEPT if is_due else _Pace.NOT_KEPT
+            step_s = step_s if is_due else time.step_s
+        self._newest = block.with_step(step_s)
+        return how
+
+    def follows(self, first_sample: int, count: int, time: BlockTime) -> Continuity:
+        """Say how a block follows those that were taken.
+
+        Raises:
+            WireError: it jumps ahead, but its stamp is not that of such a sample; or it jumps
+                back, but its stamp is that of the sample that is due.
+
+        """
+        newest, expected = self._newest, self.next_sample
+        if newest is None or expected is None:
             return Continuity.FIRST
         if first_sample == expected:
             return Continuity.CONTIGUOUS
-        if first_sample < expected:
-            self.restarts += 1
+        block = _Place(first_sample, count, time)
+        is_ahead = first_sample > expected
+        how = Continuity.GAP if is_ahead else Continuity.RESTART
+        if self._pace is _Pace.NOT_KEPT or not newest.time.step_s > 0:
+            return how
+        is_due = block.is_due(newest, first_sample if is_ahead else expected)
+        if is_due is is_ahead:
+            return how
+        goes_on = (
+            self._refused is not None
+            and first_sample == self._refused.next_sample
+            and block.is_due(self._refused, first_sample)
+        )
+        if goes_on or self._pace is _Pace.UNKNOWN:
             return Continuity.RESTART
-        self.gaps += 1
-        self.lost_samples += first_sample - expected
-        return Continuity.GAP
+        self._refused = block if time.step_s > 0 else block.with_step(newest.time.step_s)
+        raise WireError(
+            f'sample = {first_sample} after {expected - 1} does not go with the stamp, which is '
+            f'{abs(block.late_s(newest, first_sample)):.3g} s off that of such a sample'
+        )
 
 
 @dataclass

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces.errors import WireError
+from rotor_interfaces.gaps import BlockTime
 from rotor_interfaces.messages import NANOSECONDS, ROS, MessageFactory, header, stamp_ns
 
 DISPLACEMENT_COLUMNS = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
@@ -77,6 +78,13 @@ class WaveformBlock:
             return float('nan')
         times = self.rows['time']
         return (float(times[-1]) - float(times[0])) / (len(times) - 1)
+
+    @property
+    def time(self) -> BlockTime:
+        """When its first sample was taken, by the stamp alone where it has no `time` column."""
+        has_times = 'time' in self.columns and len(self.rows)
+        start_s = float(self.rows['time'][0]) if has_times else 0.0
+        return BlockTime(self.stamp_ns, start_s, self.step_s)
 
 
 def sample_index(value: float) -> int:

@@ -30,6 +30,8 @@ from vibration_monitor import VibrationMonitor
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import MAX_INVALID_RECORDS
 from vibration_monitor.recording_stream import RecordingStream
+from vibration_monitor.recovery import Samples
+from vibration_monitor.view.rig_view import RigView
 
 ALL = MonitorConfig(
     extras=(
@@ -140,8 +142,21 @@ def changed(block: WaveformBlock, **columns: NDArray[np.floating] | float) -> Wa
         changed(STREAM[3], time=np.arange(256) * 1e-12),
         changed(STREAM[3], time=1e15 + np.arange(256)),
         changed(STREAM[3], time=np.arange(256) * 1e300),
+        changed(STREAM[3], sample=1e12 + np.arange(256)),
+        changed(STREAM[3], sample=np.arange(256.0)),
     ],
-    ids=['1e300', 'coarse', 'time nan', 'time 1e300', 'denormal', 'fast', 'late', 'slow'],
+    ids=[
+        '1e300',
+        'coarse',
+        'time nan',
+        'time 1e300',
+        'denormal',
+        'fast',
+        'late',
+        'slow',
+        'ahead',
+        'back',
+    ],
 )
 def test_a_refused_block_is_as_good_as_one_that_never_came(bad: WaveformBlock) -> None:
     monitor, other = VibrationMonitor(), VibrationMonitor()
@@ -152,6 +167,24 @@ def test_a_refused_block_is_as_good_as_one_that_never_came(bad: WaveformBlock) -
     assert same(records, run(other, [*STREAM[:3], *STREAM[4:]]))
     assert monitor.status() == other.status()
     assert monitor.status()['lost samples [1]'] == 256
+
+
+@pytest.mark.parametrize('false', [10**12, 0])
+def test_a_false_index_is_a_refused_block_to_recorder_view_and_check(false: int) -> None:
+    stream, samples = RecordingStream(NullWriter()), Samples()  # type: ignore[arg-type]
+    recordings: list[object] = []
+    view = RigView(lambda new: recordings.append(new.memory_recording()))
+    for number, block in enumerate(STREAM[:8]):
+        sent = changed(block, sample=false + np.arange(256.0)) if number == 4 else block
+        message = encode(sent, OFFLINE)
+        stream.take(topics.WAVEFORM, to_cdr(message), 0)
+        samples.take(to_cdr(message))
+        view.push(topics.WAVEFORM, block.stamp_ns, message)
+    assert (stream.refused_blocks, stream.continuity.lost_samples) == (1, 256)
+    assert (samples.blocks_without_index, samples.continuity.lost_samples) == (1, 256)
+    assert (stream.continuity.restarts, samples.continuity.restarts, view.blocks) == (0, 0, 7)
+    assert view.lost_samples == 256
+    assert '1 messages of rotor/waveform' in view.refusals[0]
 
 
 @pytest.mark.parametrize('step', [1e300, 1e18, -1e300, 2.0**60])

@@ -29,14 +29,8 @@ class BlockClock:
             WireError: its time does not rise, or is none that a stamp can tell.
 
         """
-        start_s, end_s = float(time[0]), float(time[-1])
-        rate_hz = whole_rate(len(time) - 1, end_s - start_s) if len(time) > 1 else None
-        if not abs(stamp_ns / NANOSECONDS + start_s) < _END_OF_STAMPS_S:
-            raise WireError(
-                f'time = {start_s:g} after a stamp of {stamp_ns / NANOSECONDS:.0f} s is out of '
-                f'range; a stamp counts up to {_END_OF_STAMPS_S} s'
-            )
-        latest = (first_sample, stamp_ns + round(start_s * NANOSECONDS))
+        rate_hz = own_rate(stamp_ns, time)
+        latest = (first_sample, stamp_ns + round(float(time[0]) * NANOSECONDS))
         if rate_hz is None and self._rate_hz is None and self._origin is not None:
             # blocks of one sample: their stamps must do
             sample, origin_ns = self._origin
@@ -63,6 +57,23 @@ class BlockClock:
         rate_hz = self.rate_hz()
         epoch_ns = stamp_ns - sample_stamp_ns(0, first_sample, rate_hz)
         return sample_stamp_ns(epoch_ns, sample, rate_hz)
+
+
+def own_rate(stamp_ns: int, time: NDArray[np.float64]) -> int | None:
+    """Return the sample rate of one block in Hz, None where it holds one sample.
+
+    Raises:
+        WireError: its time does not rise, or is none that a stamp can tell.
+
+    """
+    start_s, end_s = float(time[0]), float(time[-1])
+    rate_hz = whole_rate(len(time) - 1, end_s - start_s) if len(time) > 1 else None
+    if not abs(stamp_ns / NANOSECONDS + start_s) < _END_OF_STAMPS_S:
+        raise WireError(
+            f'time = {start_s:g} after a stamp of {stamp_ns / NANOSECONDS:.0f} s is out of '
+            f'range; a stamp counts up to {_END_OF_STAMPS_S} s'
+        )
+    return rate_hz
 
 
 def whole_rate(samples: int, duration_s: float) -> int:

@@ -87,8 +87,11 @@ class McapFile(McapWalk):
         while messages:
             yield messages.popleft()
 
-    def times(self, segment: Segment, channels: Collection[int]) -> list[int]:
-        """Return the sorted log times of a segment's messages on these channels, in ns."""
+    def times(self, segment: Segment, channels: Collection[int], hole_ns: int) -> list[int]:  # noqa: ARG002 - a segment is read whole
+        """Return sorted log times of a segment's messages on these channels, in ns.
+
+        The ends of every step longer than `hole_ns` are among them.
+        """
         return sorted(m.log_time_ns for m in self.read(segment) if m.channel_id in channels)
 
     def last_before(

@@ -27,7 +27,7 @@ from vibration_monitor.block_columns import (
     stretches,
 )
 from vibration_monitor.buffer import SampleBuffer
-from vibration_monitor.clock import BlockClock
+from vibration_monitor.clock import BlockClock, own_rate
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import AlarmState, Level, RuleJudge
 from vibration_monitor.indicators import Analyser, OrderSpectrum, Window
@@ -149,16 +149,18 @@ class VibrationMonitor:
 
         Raises:
             WireError: the block has no `sample` or `time` column, no rows, too many channels, or
-                its samples or its time do not rise; the block is then left out and shows up as
-                a gap.
+                its samples or its time do not rise, or its sample index contradicts its stamp;
+                the block is then left out and shows up as a gap.
 
         """
         first = first_sample_of(block)
         expected = self._continuity.next_sample
         channels = channels_to_use(block, self.config.channels)
-        clock = self._clock if expected is None or first >= expected else BlockClock()
+        own_rate(block.stamp_ns, block.rows['time'])
+        continuity = self._continuity.follows(first, len(block.rows), block.time)
+        clock = BlockClock() if continuity is Continuity.RESTART else self._clock
         clock.take(first, block.stamp_ns, block.rows['time'])
-        continuity = self._continuity.check(first, len(block.rows))
+        self._continuity.check(first, len(block.rows), block.time)
         records = []
         if continuity is Continuity.RESTART:
             self._start_run()

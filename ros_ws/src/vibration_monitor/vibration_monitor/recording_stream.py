@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the raw messages of the rig to a recording, without decoding more than a few bytes."""
 
+import math
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +10,7 @@ from typing import Any
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.gaps import FirstSource, SampleContinuity
+from rotor_interfaces.gaps import UNTIMED, BlockTime, FirstSource, SampleContinuity
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import decode, sample_index
@@ -53,7 +54,9 @@ class SampleIndexReader:
         self._rows_at = 0
         self._count = 0
         self._sample_at = 0
-        self.step_s = float('nan')  # of the layout that is known, see WaveformBlock
+        self._times_at: tuple[int, int] | None = None  # first and last
+        self.time = UNTIMED
+        """Of the block that was read last, see WaveformBlock."""
 
     def read(self, data: bytes) -> tuple[int, int]:
         """Return the index of the first sample and the number of samples.
@@ -65,6 +68,7 @@ class SampleIndexReader:
         is_known = len(data) == self._length and data[_STAMP_END : self._rows_at] == self._between
         if is_known:
             (first,) = struct.unpack_from('<d', data, self._sample_at)
+            self.time = self._time_of(data)
             return sample_index(first), self._count
         return self._decode(data)
 
@@ -77,14 +81,25 @@ class SampleIndexReader:
         first = block.first_sample
         dtype, offset = dict(block.rows.dtype.fields or {})['sample'][:2]
         rows_at = _rows_at(data, len(message.data))
-        if dtype == '<f8' and rows_at:
+        times = dict(block.rows.dtype.fields or {}).get('time')
+        if dtype == '<f8' and rows_at and (times is None or times[0] == '<f8'):
             self._between = data[_STAMP_END:rows_at]
             self._length = len(data)
             self._rows_at = rows_at
             self._sample_at = rows_at + offset
             self._count = len(block.rows)
-        self.step_s = block.step_s
+            last = (self._count - 1) * block.rows.dtype.itemsize
+            self._times_at = times and (rows_at + times[1], rows_at + times[1] + last)
+        self.time = block.time
         return first, len(block.rows)
+
+    def _time_of(self, data: bytes) -> BlockTime:
+        stamp_ns = raw_stamp_ns(topics.WAVEFORM, data)
+        if self._times_at is None:
+            return BlockTime(stamp_ns, 0.0, math.nan)
+        start_s, end_s = (struct.unpack_from('<d', data, at)[0] for at in self._times_at)
+        step_s = (end_s - start_s) / (self._count - 1) if self._count > 1 else math.nan
+        return BlockTime(stamp_ns, start_s, step_s)
 
 
 def _rows_at(data: bytes, row_bytes: int) -> int:
@@ -202,15 +217,16 @@ class RecordingStream:
         """Take the sample index of a block; say no where it comes from another source."""
         try:
             first, count = self._index.read(data)
+            time = self._index.time
+            is_ours = self._first_source.accepts(
+                stamp_ns, first, count, step_s=time.step_s, is_alone=is_alone
+            )
+            if is_ours:
+                self.continuity.check(first, count, time)
         except WireError:
             # from the only source it is recorded as it came; the monitor says what is wrong
             self.refused_blocks += 1
             return is_alone
-        is_ours = self._first_source.accepts(
-            stamp_ns, first, count, step_s=self._index.step_s, is_alone=is_alone
-        )
-        if is_ours:
-            self.continuity.check(first, count)
         return is_ours
 
     def _keep_config(self, data: bytes, *, is_alone: bool) -> bool:

@@ -47,10 +47,10 @@ class Samples:
         """Take the bytes of the next block."""
         try:
             first, count = self._reader.read(unpack_message(data))
+            self.continuity.check(first, count, self._reader.time)
         except (WireError, DamageError):
             self.blocks_without_index += 1
             return
-        self.continuity.check(first, count)
         self.first = first if self.first < 0 else self.first
         self.last = first + count - 1
 

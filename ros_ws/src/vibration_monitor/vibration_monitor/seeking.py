@@ -174,7 +174,7 @@ class _Timeline:
         return bool(later)
 
     def _read(self, number: int, segment: Segment) -> None:
-        times = self._files[number].times(segment, self._wanted[number])
+        times = self._files[number].times(segment, self._wanted[number], self._hole_ns)
         for low, high in _runs(times, self._hole_ns):
             heapq.heappush(self._coming, (low, high, next(self._order), number, None))
 

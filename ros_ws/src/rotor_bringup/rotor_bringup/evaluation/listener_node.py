@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node `replay` of an evaluation: replays an anonymous flight and notes what is said about it.
 
-`python -m rotor_bringup.evaluation.listener_node FILE TOPIC RATE OUT`; OUT becomes a JSON list of
-(time in s, score, reason). The time is that of /clock when it was heard: the end of the newest
-block that was out by then; no stamp makes it earlier. Scores are the levels of a DiagnosticArray
-(0, 1, 2; 3, stale, is no score) or the value of a Float64.
+`python -m rotor_bringup.evaluation.listener_node FILE TOPIC RATE OUT`; OUT becomes a JSON mapping:
+`said` is a list of (time in s, score, reason), `failure` says what is wrong with the node, and
+`is_absent` whether there was none. The time is that of /clock when it was heard: the end of the
+newest block that was out by then; no stamp makes it earlier. Scores are the levels of a
+DiagnosticArray (0, 1, 2; 3, stale, is no score) or the value of a Float64.
 """
 
 import json
@@ -22,7 +23,6 @@ from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from vibration_monitor.detection import Level
-from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Recording
 from vibration_monitor.replay import ReplayOptions
 from vibration_monitor.replay_node import ReplayNode
@@ -31,8 +31,14 @@ LOOK_S = 0.05
 QUIET_S = 1.0
 """A node may still speak for so long after the last block, and after what it said last."""
 _SAID = ('diagnostic_msgs/msg/DiagnosticArray', 'std_msgs/msg/Float64')
+LONGEST_AFTER_S = 5.0
+"""A node that speaks by a timer never falls silent: after so long the flight is over anyway."""
 PATIENCE_S = 15.0
 """How long a node may take until it publishes the topic and listens to the waveform."""
+
+
+MOST_SAID = 100_000
+"""Messages of one flight that are kept: several for every block of an hour."""
 
 
 class ListenerNode(ReplayNode):
@@ -44,11 +50,13 @@ class ListenerNode(ReplayNode):
         )
         super().__init__(Recording(file), options)
         self.said: list[tuple[float, float, str]] = []
+        self.failure = ''
+        self.is_absent = False
         self._topic = topic if topic.startswith('/') else f'/{topic}'
         self._input: Any = None
         self._made_s = time.monotonic()
         self._heard_s = -math.inf
-        self._quiet_since_s = math.inf
+        self._quiet_since_s = self._over_s = math.inf
         self._looking = ros.timer(self, LOOK_S, self._look)
 
     def _look(self) -> None:
@@ -56,14 +64,13 @@ class ListenerNode(ReplayNode):
         if self._input is None:
             types = dict(self.get_topic_names_and_types()).get(self._topic)
             if types and types[0] not in _SAID:
-                raise RecordingError(
-                    f'{self._topic} is {types[0]}; a detector says {" or ".join(_SAID)}'
-                )
-            if types:
+                self.failure = f'{self._topic} is {types[0]}; a detector says {" or ".join(_SAID)}'
+            elif types:
                 self._input = ros.subscription(self, Topic(self._topic, types[0], 256), self._hear)
         waited_s = time.monotonic() - self._made_s
         if waited_s > PATIENCE_S and (self._input is None or not self.published):
-            raise RecordingError(
+            self.is_absent = True
+            self.failure = (
                 f'no node published {self._topic} and listened to {topics.WAVEFORM.name} within '
                 f'{PATIENCE_S:g} s'
             )
@@ -74,7 +81,9 @@ class ListenerNode(ReplayNode):
 
     def _hear(self, message: Any) -> None:
         self._heard_s = time.monotonic()
-        if hasattr(message, 'status'):
+        if len(self.said) >= MOST_SAID:
+            self.failure = f'it published more than {MOST_SAID} messages in one flight'
+        elif hasattr(message, 'status'):
             text = one_line('; '.join(status.message for status in message.status))
             time_ns = dated(messages.stamp_ns(message), self._clock_ns)
             self.said.append((time_ns / NANOSECONDS, worst_level(message.status), text))
@@ -83,11 +92,14 @@ class ListenerNode(ReplayNode):
 
     def is_done(self) -> bool:
         """Say whether the flight is over and the node has fallen silent."""
+        if self.failure:
+            return True
         if not super().is_done():
             return False
         now_s = time.monotonic()
+        self._over_s = min(self._over_s, now_s)
         self._quiet_since_s = max(self._heard_s, min(self._quiet_since_s, now_s))
-        return now_s - self._quiet_since_s > QUIET_S
+        return now_s - self._quiet_since_s > QUIET_S or now_s - self._over_s > LONGEST_AFTER_S
 
 
 def dated(stamp_ns: int, clock_ns: int) -> int:
@@ -117,7 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     code = ros.run(create, [], has_end=True)
     if code == ExitCode.DONE:
-        Path(out).write_text(json.dumps(nodes[0].said), 'utf-8')
+        node = nodes[0]
+        found = {'said': node.said, 'failure': node.failure, 'is_absent': node.is_absent}
+        Path(out).write_text(json.dumps(found), 'utf-8')
     return code
 
 

@@ -14,10 +14,11 @@ from rotor_bringup.dataset.suite import Flight, Machine, plan_suite
 from rotor_bringup.dataset.write import file_of
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.evaluation.runner import Simulated, Source
-from rotor_interfaces.errors import DataError, RigError
+from rotor_interfaces.errors import DataError, RigError, WireError
 from rotor_interfaces.plain_data import LARGEST_JSON, parse_json
 from rotor_interfaces.text_file import read_text
 from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.block_columns import first_sample_of
 from vibration_monitor.reading import Recording, waveform_blocks
 
 
@@ -66,7 +67,10 @@ def _whole(path: Path, flight: Flight) -> Iterator[WaveformBlock]:
     samples, fits = 0, True
     for block in waveform_blocks(recording):
         end = samples + len(block.rows)
-        fits = block.first_sample == samples and end <= wanted
+        try:
+            fits = first_sample_of(block) == samples and end <= wanted
+        except WireError as error:
+            raise DatasetError(f'{path} is damaged after sample {samples}: {error}') from None
         if not fits:
             break
         yield block

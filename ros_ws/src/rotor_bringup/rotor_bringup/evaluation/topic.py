@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from rotor_bringup.dataset.suite import Flight, Machine
 from rotor_bringup.errors import ProcessError
@@ -105,9 +106,9 @@ def _outcome(flight: Flight, node: Node, source: Source) -> Outcome:
         file = folder / 'flight.mcap'
         _write(flight, source, file)
         with _running(node.command, folder) as complaint:
-            said = _replayed(file, node, folder)
+            heard = _replayed(file, node, folder)
             died = complaint()
-        return watched(said, flight.duration_s, died)
+        return watched(heard['said'], flight.duration_s, died or heard['failure'])
 
 
 def _write(flight: Flight, source: Source, file: Path) -> None:
@@ -160,7 +161,8 @@ class _Complaint:
         return '' if code is None else f'its node ended with exit code {code} during the flight'
 
 
-def _replayed(file: Path, node: Node, folder: Path) -> list[tuple[float, float, str]]:
+def _replayed(file: Path, node: Node, folder: Path) -> dict[str, Any]:
+    """Return what `listener_node` wrote; a node that should be running and is not is an error."""
     out = folder / 'said.json'
     done = subprocess.run(
         [
@@ -180,10 +182,13 @@ def _replayed(file: Path, node: Node, folder: Path) -> list[tuple[float, float, 
     if not out.exists():
         words = done.stderr.strip().splitlines() or [f'it ended with code {done.returncode}']
         raise ProcessError(f'the replay failed: {words[-1].removeprefix("error: ")}')
-    return [(time, score, text) for time, score, text in json.loads(out.read_text('utf-8'))]
+    heard: dict[str, Any] = json.loads(out.read_text('utf-8'))
+    if heard['is_absent'] and not node.command:
+        raise ProcessError(f'the replay failed: {heard["failure"]}')
+    return heard
 
 
-def watched(said: list[tuple[float, float, str]], duration_s: float, died: str) -> Outcome:
+def watched(said: Sequence[tuple[float, float, str]], duration_s: float, failure: str) -> Outcome:
     """Return what remains of (time in s, score, reason) in a flight.
 
     Each score holds until the next, the last until the flight ends. A stamp that lies outside the
@@ -201,4 +206,4 @@ def watched(said: list[tuple[float, float, str]], duration_s: float, died: str) 
     times_s = [*(min(time_s, duration_s) for time_s, _, _ in ordered), duration_s]
     for (_, score, text), (said_s, next_s) in zip(ordered, pairwise(times_s), strict=True):
         watch.take(said_s, next_s - said_s, score, text)
-    return watch.outcome(died or ('' if said else 'it said nothing'))
+    return watch.outcome(failure or ('' if said else 'it said nothing'))

@@ -16,7 +16,8 @@ DELIMITERS = {'\t': 'tab', ';': 'semicolon', ',': 'comma', None: 'blanks'}
 _COMMENT = re.compile(r'(?:^|\s)#.*|^\s*%.*')
 _EXPONENT = r'(?:[eE][-+]?\d+)?'
 _WHOLE = re.compile(rf'[-+]?\d+{_EXPONENT}', re.ASCII)
-_POINT = re.compile(rf'[-+]?(?:\d+\.?\d*|\.\d+){_EXPONENT}', re.ASCII)
+# possessive: digits that may belong to either side of a point would be tried in every way
+_POINT = re.compile(rf'[-+]?(?:\d++(?:\.\d*+)?|\.\d++){_EXPONENT}', re.ASCII)
 _COMMA = re.compile(rf'[-+]?\d*,\d+{_EXPONENT}', re.ASCII)
 _NOT_FINITE = re.compile(r'[-+]?(?:nan|inf|infinity)', re.IGNORECASE | re.ASCII)
 _CLOCK = r'\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?:\s?[AaPp][Mm])?(?:Z|[-+]\d{2}:?\d{2})?'

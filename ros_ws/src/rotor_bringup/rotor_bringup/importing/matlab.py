@@ -4,6 +4,7 @@
 
 import os
 import pickle
+import resource
 import struct
 import subprocess
 import sys
@@ -14,6 +15,11 @@ from typing import Any
 
 from rotor_bringup.errors import ImportFileError
 
+EXPANSION = 64
+"""A packed file may become so many times as large in memory: 1000 times is no measurement."""
+SMALL_BYTES = 512 * 2**20
+"""What any file may take besides."""
+
 
 def load_mat(path: Path) -> dict[str, Any]:
     """Return the variables of a MATLAB file up to version 7 by name, as `loadmat` has them.
@@ -21,7 +27,8 @@ def load_mat(path: Path) -> dict[str, Any]:
     Structs are objects with `_fieldnames`, axes of length 1 are left out.
 
     Raises:
-        ImportFileError: no MATLAB file, a damaged one, or one of version 7.3.
+        ImportFileError: no MATLAB file, a damaged one, one of version 7.3, or one that takes more
+            memory than its size accounts for.
 
     """
     done = subprocess.run(
@@ -51,13 +58,40 @@ def _read(path: str) -> dict[str, Any] | str:
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')  # such as a variable that stands twice
             return dict(loadmat(path, squeeze_me=True, struct_as_record=False, appendmat=False))
+    except MemoryError:
+        return _TOO_LARGE
     except NotImplementedError:
         return 'is a MATLAB file of version 7.3, which is not read; save it with -v7'
     except (MatReadError, ValueError, TypeError, LookupError, AttributeError, EOFError, NameError,
-            OSError, OverflowError, MemoryError, struct.error, zlib.error) as error:  # fmt: skip
+            OSError, OverflowError, struct.error, zlib.error) as error:  # fmt: skip
         why = str(error).partition('\n')[0] or type(error).__name__
         return f'is no MATLAB file, or is damaged: {why}'
 
 
+_TOO_LARGE = (
+    f'takes more memory than {EXPANSION} times its size and {SMALL_BYTES >> 20} MiB; if it is no '
+    'damage, save it unpacked with -v6'
+)
+
+
+def _limit_memory(path: str) -> None:
+    """Let this process have no more memory than a file of that size accounts for."""
+    status = Path('/proc/self/status').read_text('ascii')
+    used = next(int(line.split()[1]) for line in status.splitlines() if line.startswith('VmData'))
+    most = 1024 * used + SMALL_BYTES + EXPANSION * Path(path).stat().st_size
+    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def _main(path: str) -> None:
+    """Write the variables, or what is wrong with the file, as a pickle."""
+    import scipy.io  # noqa: F401, PLC0415 - what it takes does not count
+
+    _limit_memory(path)
+    try:
+        pickle.dump(_read(path), sys.stdout.buffer)
+    except MemoryError:
+        sys.exit(_TOO_LARGE)
+
+
 if __name__ == '__main__':
-    sys.stdout.buffer.write(pickle.dumps(_read(sys.argv[1])))
+    _main(sys.argv[1])

@@ -14,7 +14,7 @@ from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack_baseline import learn_baseline
 from vibration_monitor.crack_model import PROBES, CrackBaseline, CrackConfig, CrackWindow
 from vibration_monitor.detectors.protocol import SILENT, Verdict
-from vibration_monitor.monitor import VibrationMonitor
+from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 
 _LEVEL_SHARE = 0.8
 """The difference from the reference alone never takes the score beyond this part of the alarm."""
@@ -70,6 +70,11 @@ class BaselineDetector:
         )
 
 
+def reference_monitor() -> VibrationMonitor:
+    """Return a monitor whose records teach a baseline; each flight takes one of its own."""
+    return VibrationMonitor(_MONITOR.model_copy(update={'extras': ()}))
+
+
 def baseline_of(flights: Iterable[Iterable[WaveformBlock]]) -> CrackBaseline:
     """Return what healthy flights of one machine teach, each a stream of blocks.
 
@@ -77,13 +82,26 @@ def baseline_of(flights: Iterable[Iterable[WaveformBlock]]) -> CrackBaseline:
         MonitorError: no window of them has all of `crack_model.PROBES`.
 
     """
-    windows = [window for flight in flights for window in _windows(flight)]
+    return baseline_of_records(_records(flight) for flight in flights)
+
+
+def baseline_of_records(flights: Iterable[Iterable[IndicatorRecord]]) -> CrackBaseline:
+    """Return the same of flights that are each the records of a `reference_monitor`.
+
+    Raises:
+        MonitorError: no window of them has all of `crack_model.PROBES`.
+
+    """
+    windows = [
+        CrackWindow.of(record.indicators(), _MONITOR.hop_revolutions)
+        for flight in flights
+        for record in flight
+        if record.valid
+    ]
     return learn_baseline(windows, _MONITOR.crack, _MONITOR.ball_pass_order)
 
 
-def _windows(flight: Iterable[WaveformBlock]) -> Iterator[CrackWindow]:
-    monitor = VibrationMonitor(_MONITOR.model_copy(update={'extras': ()}))
+def _records(flight: Iterable[WaveformBlock]) -> Iterator[IndicatorRecord]:
+    monitor = reference_monitor()
     for block in flight:
-        for record in monitor.push(block):
-            if record.valid:
-                yield CrackWindow.of(record.indicators(), _MONITOR.hop_revolutions)
+        yield from monitor.push(block)

@@ -9,6 +9,7 @@ import shutil
 import signal
 import sys
 import threading
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,7 @@ def _all_messages(
     monitoring: Monitoring | None,
 ) -> Iterator[tuple[Topic, int, Any]]:
     """Yield all messages with their stamps, each block followed by what the monitor makes of it."""
+    refused = 0
     for topic, message in _decoded(recording, wanted):
         accepted = view.refusals
         yield topic, messages.stamp_ns(message), message
@@ -146,18 +148,31 @@ def _all_messages(
             yield from monitoring.after_block(message)
         except WireError as error:
             if view.refusals == accepted:  # else the view has told it
-                recording.note(f'the monitor leaves out a block of the waveform ({error})')
+                refused += 1
+                name = recording.find(topics.WAVEFORM)
+                recording.leave_out(
+                    f'blocks of {name} that the monitor refuses',
+                    refused,
+                    f'the first is stamped {messages.stamp_ns(message)} ns: {error}',
+                )
 
 
 def _decoded(recording: Recording, wanted: Mapping[str, Topic]) -> Iterator[tuple[Topic, Any]]:
     """Yield the messages but `rotor/config`, which is known from the start."""
     names = [name for name, topic in wanted.items() if topic != topics.CONFIG]
+    left_out: Counter[str] = Counter()
     for message in recording.messages(names):
         topic = wanted[message.topic]
         try:
             yield topic, messages.from_cdr(message.data, topic.type)
-        except UNDECODABLE:
-            recording.note(f'a message of {message.topic} cannot be decoded and is left out')
+        except UNDECODABLE as error:
+            left_out[message.topic] += 1
+            recording.leave_out(
+                f'messages of {message.topic} that cannot be decoded',
+                left_out[message.topic],
+                f'the first at log time {message.log_time_ns} ns: '
+                f'{str(error) or type(error).__name__}',
+            )
 
 
 def _computed(recording: Recording, wanted: Mapping[str, Topic]) -> list[Topic]:

@@ -7,6 +7,7 @@ import numpy as np
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor.block_columns import first_sample_of
 from vibration_monitor.clock import whole_rate
 
 LONGEST_BLOCK_S = 1e5
@@ -17,14 +18,13 @@ LONGEST_RUN_S = 2.0**31
 
 def placed(block: WaveformBlock) -> WaveformBlock:
     """Return the block; raises WireError where its place on the time axis is not known."""
-    if 'time' not in block.columns or not len(block.rows):
-        raise WireError('the block has no `time` column or no rows')
+    first = first_sample_of(block)
     time_s = block.rows['time'].astype(np.float64)
     if not (time_s[0] >= 0.0 and time_s[-1] < LONGEST_BLOCK_S and (np.diff(time_s) > 0.0).all()):
         raise WireError('the `time` column does not count seconds upwards from the stamp')
-    first_s = block.first_sample / _rate_hz(block)
+    first_s = first / _rate_hz(block)
     if not abs(first_s) < LONGEST_RUN_S:
-        raise WireError(f'sample {block.first_sample} is {first_s:.3g} s into the run')
+        raise WireError(f'sample {first} is {first_s:.3g} s into the run')
     return block
 
 

@@ -229,11 +229,11 @@ class RigView:
 
     def _on_waveform(self, block: WaveformBlock) -> None:
         count = len(block.rows)
-        how = self._continuity.check(block.first_sample, count)
+        how = self._continuity.check(block.first_sample, count, block.time)
         if how is Continuity.RESTART:
             self._end()
             self._begin()
-            self._continuity.check(block.first_sample, count)
+            self._continuity.check(block.first_sample, count, block.time)
         elif how is Continuity.GAP:
             self._send_blocks()
             self._break(block.stamp_ns)
