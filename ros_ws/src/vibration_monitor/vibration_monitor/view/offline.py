@@ -29,8 +29,8 @@ from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
 
-BATCH_S = 10.0
-"""Flight time per batch of a file: few large chunks open fast, and rerun keeps a note of each."""
+BATCH_S = 5.0
+"""Flight time per batch of a file: few large chunks open fast, but a batch is held in memory."""
 
 
 class _SecondRunError(Exception):

@@ -36,8 +36,8 @@ FRAME_S = 0.1
 LIVE_BATCH_S = 0.25
 """A viewer takes few messages a frame: many small ones leave a slow machine ever further behind."""
 
-CURVES_EVERY_S = 0.5
-"""Slow numbers are collected this long, in flight time."""
+LIVE_CURVES_S, FILE_CURVES_S = 0.5, 60.0
+"""Slow numbers are collected this long, in flight time: rerun keeps a note of each chunk."""
 
 MAX_WAITING = 8192
 """Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
@@ -86,6 +86,7 @@ class RigView:
         self._connect = connect
         self._batch_s = batch_s
         self._is_live = is_live
+        self._curves_s = LIVE_CURVES_S if is_live else FILE_CURVES_S
         self._geometry: scene.Geometry | None = None
         self._rules: Sequence[AlarmRule] = ()
         self._units = Units()
@@ -261,7 +262,7 @@ class RigView:
             self._draw_frame(offsets[frame], rows[frame])
         self._release(int(offsets[-1]))
         if offsets[-1] >= self._curves_due_ns:
-            self._curves_due_ns = int(offsets[-1] + CURVES_EVERY_S * NANOSECONDS)
+            self._curves_due_ns = int(offsets[-1] + self._curves_s * NANOSECONDS)
             self._curves.send()
         if self._is_live:
             self._send_page()
@@ -289,6 +290,8 @@ class RigView:
                 factors, np.float32
             )
             self._curves.add_table(path, offsets, channels, table.astype(np.float32))
+            if not self._is_live:
+                self._flush_stream()
 
     def _break(self, next_stamp_ns: int) -> None:
         """Interrupt the curves where samples are missing, and say so."""
