@@ -11,26 +11,34 @@ import sys
 import threading
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rerun as rr
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
-from rotor_interfaces.messages import OFFLINE
+from rotor_interfaces.messages import NANOSECONDS, OFFLINE
 from rotor_interfaces.topics import Topic
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.file import ViewFile
-from vibration_monitor.view.monitoring import MONITOR_TOPICS, Monitoring
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
 
+if TYPE_CHECKING:
+    from vibration_monitor.view.monitoring import Monitoring
+
+MONITOR_TOPICS = (topics.SPECTRUM, topics.INDICATORS, topics.ALARM)
+"""What the monitor says; computed where it was not recorded."""
+
 BATCH_S = 5.0
 """Flight time per batch of a file: few large chunks open fast, but a batch is held in memory."""
+
+WHOLE_PICTURE_S = 120.0
+"""Recordings up to this length are drawn from all of their data, longer ones from a part."""
 
 
 class _SecondRunError(Exception):
@@ -74,7 +82,11 @@ def view_recording(
         damage = convert(recording, file)
         if screenshot is not None:
             picture = folder / 'view.png'
-            picture.write_bytes(whole_page(file, damage.append))
+            drawn = file
+            if _is_long(recording):
+                drawn = folder / 'picture.rrd'
+                convert(Recording(path, waveform_topic), drawn, is_thin=True)
+            picture.write_bytes(whole_page(drawn, damage.append))
             _put(picture, screenshot)
         if save is not None:
             _put(file, save)
@@ -84,8 +96,10 @@ def view_recording(
     return damage
 
 
-def convert(recording: Recording, file: Path) -> list[str]:
+def convert(recording: Recording, file: Path, *, is_thin: bool = False) -> list[str]:
     """Write the view of a recording as a rerun file; return what could not be shown.
+
+    `is_thin`: only what a picture of the end of the flight needs.
 
     Raises:
         ViewError: the recording holds nothing that the view shows.
@@ -106,8 +120,13 @@ def convert(recording: Recording, file: Path) -> list[str]:
 
     config = recording.config()
     computed = _computed(recording, wanted)
-    monitoring = Monitoring(MonitorConfig.of_run(config), computed) if computed else None
-    view = RigView(connect, batch_s=BATCH_S, is_live=False)
+    monitoring = None
+    if computed:
+        # most of the memory of a recording that has its indicators would be these kernels
+        from vibration_monitor.view.monitoring import Monitoring  # noqa: PLC0415
+
+        monitoring = Monitoring(MonitorConfig.of_run(config), computed)
+    view = RigView(connect, batch_s=BATCH_S, is_live=False, is_thin=is_thin)
     if config is not None:
         view.push(topics.CONFIG, 0, messages.string(OFFLINE, json.dumps(config)))
     _tell_what_is_missing(view, wanted, computed)
@@ -130,11 +149,28 @@ def convert(recording: Recording, file: Path) -> list[str]:
     return left_out
 
 
+def _is_long(recording: Recording) -> bool:
+    """Say whether the flight, by the stamps of its waveform, is longer than WHOLE_PICTURE_S."""
+    name, end_ns = recording.find(topics.WAVEFORM), recording.end_ns
+    if name is None or end_ns is None:
+        return False
+    ends = [next(recording.messages([name]), None), *recording.last_before([name], end_ns + 1)]
+    try:
+        stamps = [
+            messages.stamp_ns(messages.from_cdr(end.data, topics.WAVEFORM.type))
+            for end in ends
+            if end is not None
+        ]
+    except UNDECODABLE:
+        return True  # not told, so let it cost little
+    return bool(stamps) and max(stamps) - min(stamps) > WHOLE_PICTURE_S * NANOSECONDS
+
+
 def _all_messages(
     view: RigView,
     recording: Recording,
     wanted: Mapping[str, Topic],
-    monitoring: Monitoring | None,
+    monitoring: 'Monitoring | None',
 ) -> Iterator[tuple[Topic, int, Any]]:
     """Yield all messages with their stamps, each block followed by what the monitor makes of it."""
     for topic, message in _decoded(recording, wanted):
