@@ -18,8 +18,9 @@ import rerun as rr
 from rotor_interfaces import messages, topics
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE
+from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import Topic
+from rotor_interfaces.waveform import decode
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
@@ -37,7 +38,7 @@ MONITOR_TOPICS = (topics.SPECTRUM, topics.INDICATORS, topics.ALARM)
 BATCH_S = 5.0
 """Flight time per batch of a file: few large chunks open fast, but a batch is held in memory."""
 
-WHOLE_PICTURE_S = 120.0
+WHOLE_PICTURE_SAMPLES = 120 * 10_240
 """Recordings up to this length are drawn from all of their data, longer ones from a part."""
 
 
@@ -150,20 +151,20 @@ def convert(recording: Recording, file: Path, *, is_thin: bool = False) -> list[
 
 
 def _is_long(recording: Recording) -> bool:
-    """Say whether the flight, by the stamps of its waveform, is longer than WHOLE_PICTURE_S."""
+    """Say whether the flight, by its sample index, is longer than WHOLE_PICTURE_SAMPLES."""
     name, end_ns = recording.find(topics.WAVEFORM), recording.end_ns
     if name is None or end_ns is None:
         return False
     ends = [next(recording.messages([name]), None), *recording.last_before([name], end_ns + 1)]
     try:
-        stamps = [
-            messages.stamp_ns(messages.from_cdr(end.data, topics.WAVEFORM.type))
+        samples = [
+            decode(messages.from_cdr(end.data, topics.WAVEFORM.type)).first_sample
             for end in ends
             if end is not None
         ]
-    except UNDECODABLE:
+    except (*UNDECODABLE, WireError):
         return True  # not told, so let it cost little
-    return bool(stamps) and max(stamps) - min(stamps) > WHOLE_PICTURE_S * NANOSECONDS
+    return bool(samples) and max(samples) - min(samples) > WHOLE_PICTURE_SAMPLES
 
 
 def _all_messages(
