@@ -66,7 +66,13 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    'words', [['analyze', '--json', '--out', 'x.json'], ['verify'], ['recover', '--out', 'x']]
+    'words',
+    [
+        ['analyze', '--json', '--out', 'x.json'],
+        ['view', '--save', 'x.rrd'],
+        ['verify'],
+        ['recover', '--out', 'x'],
+    ],
 )
 def test_the_length_of_a_recording_costs_no_memory(
     recordings: list[Path], words: list[str], tmp_path: Path

@@ -2,6 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rerun view of the rig: live, of recordings, as pictures. Importing this imports rerun."""
 
+import os
+
+# rerun's allocator, which reads this when rerun is loaded, otherwise keeps what was freed
+os.environ.setdefault('MIMALLOC_PURGE_DELAY', '0')
+
 from vibration_monitor.view.offline import view_recording
 from vibration_monitor.view.rig_view import RigView
 from vibration_monitor.view.viewer import ViewError

@@ -13,11 +13,9 @@ from vibration_monitor.config import AlarmRule, MonitorConfig
 from vibration_monitor.messages import MonitorMessages, Outgoing
 from vibration_monitor.monitor import VibrationMonitor
 
-MONITOR_TOPICS = (topics.SPECTRUM, topics.INDICATORS, topics.ALARM)
-
 
 class Monitoring:
-    """The monitor over a recorded waveform; yields the messages of `wanted` of MONITOR_TOPICS."""
+    """The monitor over a recorded waveform; yields the messages of the topics `wanted`."""
 
     def __init__(self, config: MonitorConfig, wanted: Collection[Topic]) -> None:
         self._monitor = VibrationMonitor(config)

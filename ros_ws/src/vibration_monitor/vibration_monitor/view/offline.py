@@ -12,7 +12,7 @@ import threading
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rerun as rr
 
@@ -21,17 +21,26 @@ from rotor_interfaces.errors import WireError
 from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import Topic
+from rotor_interfaces.waveform import decode
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.reading import OTHER_NAME, UNDECODABLE, Recording, require_cdr
 from vibration_monitor.view import viewer
 from vibration_monitor.view.file import ViewFile
-from vibration_monitor.view.monitoring import MONITOR_TOPICS, Monitoring
 from vibration_monitor.view.rig_view import SHOWN_TOPICS, RigView
 from vibration_monitor.view.screenshot import whole_page
 from vibration_monitor.view.viewer import ViewError
 
-BATCH_S = 10.0
-"""Flight time per batch of a file: few large chunks open fast, and rerun keeps a note of each."""
+if TYPE_CHECKING:
+    from vibration_monitor.view.monitoring import Monitoring
+
+MONITOR_TOPICS = (topics.SPECTRUM, topics.INDICATORS, topics.ALARM)
+"""What the monitor says; computed where it was not recorded."""
+
+BATCH_S = 5.0
+"""Flight time per batch of a file: few large chunks open fast, but a batch is held in memory."""
+
+WHOLE_PICTURE_SAMPLES = 120 * 10_240
+"""Recordings up to this length are drawn from all of their data, longer ones from a part."""
 
 
 class _SecondRunError(Exception):
@@ -75,7 +84,11 @@ def view_recording(
         damage = convert(recording, file)
         if screenshot is not None:
             picture = folder / 'view.png'
-            picture.write_bytes(whole_page(file, damage.append))
+            drawn = file
+            if _is_long(recording):
+                drawn = folder / 'picture.rrd'
+                convert(Recording(path, waveform_topic), drawn, is_thin=True)
+            picture.write_bytes(whole_page(drawn, damage.append))
             _put(picture, screenshot)
         if save is not None:
             _put(file, save)
@@ -85,8 +98,10 @@ def view_recording(
     return damage
 
 
-def convert(recording: Recording, file: Path) -> list[str]:
+def convert(recording: Recording, file: Path, *, is_thin: bool = False) -> list[str]:
     """Write the view of a recording as a rerun file; return what could not be shown.
+
+    `is_thin`: only what a picture of the end of the flight needs.
 
     Raises:
         ViewError: the recording holds nothing that the view shows.
@@ -107,8 +122,13 @@ def convert(recording: Recording, file: Path) -> list[str]:
 
     config = recording.config()
     computed = _computed(recording, wanted)
-    monitoring = Monitoring(MonitorConfig.of_run(config), computed) if computed else None
-    view = RigView(connect, batch_s=BATCH_S, is_live=False)
+    monitoring = None
+    if computed:
+        # most of the memory of a recording that has its indicators would be these kernels
+        from vibration_monitor.view.monitoring import Monitoring  # noqa: PLC0415
+
+        monitoring = Monitoring(MonitorConfig.of_run(config), computed)
+    view = RigView(connect, batch_s=BATCH_S, is_live=False, is_thin=is_thin)
     if config is not None:
         view.push(topics.CONFIG, 0, messages.string(OFFLINE, json.dumps(config)))
     _tell_what_is_missing(view, wanted, computed)
@@ -131,11 +151,28 @@ def convert(recording: Recording, file: Path) -> list[str]:
     return left_out
 
 
+def _is_long(recording: Recording) -> bool:
+    """Say whether the flight, by its sample index, is longer than WHOLE_PICTURE_SAMPLES."""
+    name, end_ns = recording.find(topics.WAVEFORM), recording.end_ns
+    if name is None or end_ns is None:
+        return False
+    ends = [next(recording.messages([name]), None), *recording.last_before([name], end_ns + 1)]
+    try:
+        samples = [
+            decode(messages.from_cdr(end.data, topics.WAVEFORM.type)).first_sample
+            for end in ends
+            if end is not None
+        ]
+    except (*UNDECODABLE, WireError):
+        return True  # not told, so let it cost little
+    return bool(samples) and max(samples) - min(samples) > WHOLE_PICTURE_SAMPLES
+
+
 def _all_messages(
     view: RigView,
     recording: Recording,
     wanted: Mapping[str, Topic],
-    monitoring: Monitoring | None,
+    monitoring: 'Monitoring | None',
 ) -> Iterator[tuple[Topic, int, Any]]:
     """Yield all messages with their stamps, each block followed by what the monitor makes of it."""
     refused = 0

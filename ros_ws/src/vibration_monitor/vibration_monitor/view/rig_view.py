@@ -23,21 +23,18 @@ from vibration_monitor.view import scene, style
 from vibration_monitor.view.blueprint import Page, blueprint
 from vibration_monitor.view.curves import Curves
 from vibration_monitor.view.indicators import Indicators
-from vibration_monitor.view.orbit import Orbit
 from vibration_monitor.view.placing import origin_ns, placed
 from vibration_monitor.view.spectra import Spectra
 from vibration_monitor.view.status import Status
 from vibration_monitor.view.units import Units
 from vibration_monitor.view.viewer import ViewError
-
-FRAME_S = 0.1
-"""Orbit and load arrow are drawn this often in flight time."""
+from vibration_monitor.view.waveform import STANDARD_GRAVITY_M_S2, Waveform
 
 LIVE_BATCH_S = 0.25
 """A viewer takes few messages a frame: many small ones leave a slow machine ever further behind."""
 
-CURVES_EVERY_S = 0.5
-"""Slow numbers are collected this long, in flight time."""
+LIVE_CURVES_S, FILE_CURVES_S = 0.5, 60.0
+"""Slow numbers are collected this long, in flight time: rerun keeps a note of each chunk."""
 
 MAX_WAITING = 8192
 """Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
@@ -47,8 +44,6 @@ BESIDE_FLIGHT_S = 60.0
 
 FLUSH_S = 30.0
 """A viewer that takes nothing for this long has stopped."""
-
-STANDARD_GRAVITY_M_S2 = 9.81
 
 SHOWN_TOPICS = (
     topics.MANEUVER_LOAD,
@@ -73,7 +68,8 @@ class RigView:
     keep a live view fresh, long ones make files that open fast. When the sample index jumps
     back, a new run has begun: another recording, for which `connect` is called again. The page
     has a view of all that has been shown; live it is sent again whenever there is more, else
-    once, at the end.
+    once, at the end. A thin view is for a picture of the end of the flight: of what is older it
+    has the curves alone, and the reach of the waveform.
     """
 
     def __init__(
@@ -82,10 +78,13 @@ class RigView:
         *,
         batch_s: float = LIVE_BATCH_S,
         is_live: bool = True,
+        is_thin: bool = False,
     ) -> None:
         self._connect = connect
         self._batch_s = batch_s
         self._is_live = is_live
+        self._is_thin = is_thin
+        self._curves_s = LIVE_CURVES_S if is_live else FILE_CURVES_S
         self._geometry: scene.Geometry | None = None
         self._rules: Sequence[AlarmRule] = ()
         self._units = Units()
@@ -114,15 +113,16 @@ class RigView:
         self._status = Status(self._stream)
         self._indicators = Indicators(self._curves)
         self._rig = scene.Rig(self._stream)
-        self._orbit = Orbit(self._stream)
-        self._spectra = Spectra(self._stream)
+        self._waveform = Waveform(
+            self._stream, self._curves, self._rig, self._hand_over, is_thin=self._is_thin
+        )
+        self._spectra = Spectra(self._stream, is_thin=self._is_thin)
         self._use_config()
         self._curves_due_ns = 0
         self._continuity = SampleContinuity()
         self._origin_ns: int | None = None
         self._last_ns = 0
         self._blocks: list[WaveformBlock] = []
-        self._waveforms: dict[str, tuple[str, ...]] = {}
         self._page: Page | None = None
         self._at(0)
 
@@ -130,7 +130,7 @@ class RigView:
         """Draw from here on what the configuration tells: rotor, rules, units."""
         self._indicators.judge_by(self._rules, self._units)
         self._rig.geometry = self._geometry
-        self._orbit.units = self._spectra.units = self._units
+        self._waveform.units = self._waveform.orbit.units = self._spectra.units = self._units
 
     def judge_by(self, rules: Sequence[AlarmRule]) -> None:
         """Draw these rules of the alarm with their limits; before the first message."""
@@ -178,8 +178,9 @@ class RigView:
 
     def _end(self) -> None:
         self._send_blocks()
+        self._waveform.finish()
         self._curves.send()
-        self._spectra.send_spectrogram()
+        self._spectra.finish()
         self._send_page()
         self._flush_stream()
 
@@ -194,12 +195,12 @@ class RigView:
 
     def _send_page(self) -> None:
         """Lay out what there is to show, if it is not what the page shows already."""
-        parts = (self._curves, self._rig, self._orbit, self._spectra, self._status)
+        parts = (self._curves, self._rig, self._waveform.orbit, self._spectra, self._status)
         page = Page(
             drawn=frozenset().union(*(part.drawn for part in parts)),
             channel=self._indicators.channel or self._spectra.channel,
-            plane=self._orbit.plane,
-            waveforms=tuple(self._waveforms.items()),
+            plane=self._waveform.orbit.plane,
+            waveforms=tuple(self._waveform.channels.items()),
             rules=tuple(rule.indicator for rule in self._rules),
             units=self._units,
         )
@@ -253,48 +254,24 @@ class RigView:
         offsets = np.concatenate([self._offsets(block) for block in self._blocks])
         rows = np.concatenate([block.rows for block in self._blocks])
         self._blocks = []
-        self._send_channels(offsets, rows)
-        poses = slice(None, None, scene.POSE_EVERY)
-        self._rig.send(offsets[poses], rows[poses])
-        frames = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
-        for frame in np.array_split(np.arange(len(rows)), min(frames, len(rows))):
-            self._draw_frame(offsets[frame], rows[frame])
+        self._waveform.add(offsets, rows)
         self._release(int(offsets[-1]))
         if offsets[-1] >= self._curves_due_ns:
-            self._curves_due_ns = int(offsets[-1] + CURVES_EVERY_S * NANOSECONDS)
+            self._curves_due_ns = int(offsets[-1] + self._curves_s * NANOSECONDS)
             self._curves.send()
         if self._is_live:
             self._send_page()
-        else:
-            self._flush_stream()  # else what the disk has not taken yet piles up
+        self._hand_over()
 
-    def _draw_frame(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
-        """Draw what shows the rotor at one moment: orbit and load."""
-        self._at(int(offsets[-1]))
-        self._orbit.add(rows)
-        self._orbit.log()
-        if 'load_y' in (rows.dtype.names or ()):
-            mean_m_s2 = float(np.mean(rows['load_y'], dtype=np.float64))
-            # rounded, or the axis of a steady flight would zoom in on what float32 leaves over
-            load_factor = round(mean_m_s2 / STANDARD_GRAVITY_M_S2, 4)
-            middle_ns = int(offsets[0] + offsets[-1]) // 2
-            self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
-            self._rig.draw_load(load_factor)
-
-    def _send_channels(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
-        for path, channels in style.channel_groups(rows.dtype.names or ()).items():
-            self._waveforms[path] = tuple(channels)
-            factors = [self._units.of_channel(name)[1] for name in channels]
-            table = np.stack([rows[name] for name in channels], axis=1) * np.array(
-                factors, np.float32
-            )
-            self._curves.add_table(path, offsets, channels, table.astype(np.float32))
+    def _hand_over(self) -> None:
+        """Let a file take what there is, else what the disk has not taken yet piles up."""
+        if not self._is_live:
+            self._flush_stream()
 
     def _break(self, next_stamp_ns: int) -> None:
         """Interrupt the curves where samples are missing, and say so."""
         gap_ns = next_stamp_ns - self._origin() - 1
-        self._curves.interrupt(style.WAVEFORM, gap_ns)
-        self._orbit.clear()
+        self._waveform.interrupt(gap_ns)
         self._at(gap_ns)
         self.note(f'samples are missing here (so far {self.lost_samples})')
 

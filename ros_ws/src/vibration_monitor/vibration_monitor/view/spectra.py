@@ -25,14 +25,19 @@ SPECTROGRAM_EVERY_S = 1.0
 
 
 class Spectra:
-    """Draws the spectra of the shown channel; set the time of the stream before each call."""
+    """Draws the spectra of the shown channel; set the time of the stream before each call.
 
-    def __init__(self, stream: rr.RecordingStream) -> None:
+    `is_thin`: only the latest ones, at the end.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, *, is_thin: bool = False) -> None:
         self.channel = ''
         """Channel whose spectra are drawn: chosen from the first table, '' before it."""
         self.drawn: set[str] = set()
         """Entities that have something to show."""
         self._stream = stream
+        self._is_thin = is_thin
+        self._latest: rr.BarChart | rr.Clear | None = None
         self.units = Units()
         self._reference = NANOMETRE
         self._spectrogram = Spectrogram()
@@ -51,22 +56,33 @@ class Spectra:
         rows = table.rows[known & (table.rows['order'] < MAX_ORDER)]
         orders = rows['order'].astype(np.float64)
         if len(orders) < 2:
-            self._stream.log(style.SPECTRUM, rr.Clear(recursive=False))
+            self._show(rr.Clear(recursive=False))
             return
-        self._stream.log(
-            style.SPECTRUM,
+        self._show(
             rr.BarChart(
                 decibels(rows[self.channel], self._reference).astype(np.float32),
                 abscissa=orders,
                 widths=np.gradient(orders).astype(np.float32),
                 color=style.SPECTRUM_COLOUR,
-            ),
+            )
         )
         self.drawn |= {style.SPECTRUM, style.SPECTROGRAM}
         self._spectrogram.add(time_s, orders, rows[self.channel])
-        if time_s >= self._due_s:
+        if time_s >= self._due_s and not self._is_thin:
             self._due_s = time_s + SPECTROGRAM_EVERY_S
             self.send_spectrogram()
+
+    def _show(self, spectrum: rr.BarChart | rr.Clear) -> None:
+        if self._is_thin:
+            self._latest = spectrum
+        else:
+            self._stream.log(style.SPECTRUM, spectrum)
+
+    def finish(self) -> None:
+        """Send what is still held, and the whole spectrogram."""
+        if self._latest is not None:
+            self._stream.log(style.SPECTRUM, self._latest)
+        self.send_spectrogram()
 
     def send_spectrogram(self) -> None:
         """Send the picture as it is; draw waits a second of flight between pictures."""

@@ -21,6 +21,9 @@ from rotor_interfaces.leftovers import OwnFolder
 LOOPBACK = '127.0.0.1'
 START_S = 30.0
 STOP_S = 5.0
+HEADLESS_MEMORY = '2GiB'
+"""A picture needs about a quarter of it; beyond it rerun drops its oldest data."""
+
 LAVAPIPE = Path('/usr/share/vulkan/icd.d')
 INSTALL = 'scripts/install_viewer_packages'
 
@@ -190,7 +193,14 @@ def headless(arguments: Sequence[str], size: tuple[int, int]) -> Viewer:
         )
     width, height = size
     return Viewer(
-        ['--headless', '--window-size', f'{width}x{height}', *arguments],
+        [
+            '--headless',
+            '--memory-limit',
+            HEADLESS_MEMORY,
+            '--window-size',
+            f'{width}x{height}',
+            *arguments,
+        ],
         {
             'WGPU_BACKEND': 'vulkan',
             'VK_DRIVER_FILES': str(drivers[0]),
