@@ -13,8 +13,7 @@ from rich.table import Table
 
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
-from vibration_monitor.indicators import channels_of
-from vibration_monitor.names import indicator_unit
+from vibration_monitor.names import channels_of, indicator_unit
 from vibration_monitor.reading import Recording, waveform_blocks
 
 

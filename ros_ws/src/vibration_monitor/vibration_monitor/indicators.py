@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.waveform import CHANNEL_COLUMNS
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack import CrackEstimator
 from vibration_monitor.crack_model import GRAVITY_M_S2, CrackWindow
@@ -23,7 +22,6 @@ from vibration_monitor.names import (
     TREND_ORDERS,
     channel_indicators,
     is_acceleration,
-    is_channel,
     plane_indicators,
     planes_of,
     window_indicators,
@@ -82,17 +80,6 @@ class OrderSpectrum:
     orders: Array
     frequency_hz: Array
     amplitudes: dict[str, Array]
-
-
-def channels_of(columns: tuple[str, ...], chosen: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Return the vibration channels among the columns: those of the contract, then others.
-
-    With `chosen`: those in this order, whether the columns hold them or not.
-    """
-    if chosen:
-        return chosen
-    known = [name for name in CHANNEL_COLUMNS if name in columns]
-    return (*known, *sorted(n for n in columns if is_channel(n) and n not in CHANNEL_COLUMNS))
 
 
 def indicator_names(channels: tuple[str, ...], config: MonitorConfig) -> tuple[str, ...]:

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
+from rotor_interfaces.waveform import CHANNEL_COLUMNS
+
 SHOWN_CHANNEL = 'disk_z'
 """Across the load: where a breathing crack shows first."""
 
@@ -43,6 +45,17 @@ _CHANNEL = re.compile(r'(?!load_)\w+_(?P<acceleration>a?)[yz]')
 def is_channel(name: str) -> bool:
     """Say whether a column is a vibration channel: it ends in _y, _z (m), _ay or _az (m/s^2)."""
     return _CHANNEL.fullmatch(name) is not None
+
+
+def channels_of(columns: tuple[str, ...], chosen: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Return the vibration channels among the columns: those of the contract, then others.
+
+    With `chosen`: those in this order, whether the columns hold them or not.
+    """
+    if chosen:
+        return chosen
+    known = [name for name in CHANNEL_COLUMNS if name in columns]
+    return (*known, *sorted(n for n in columns if is_channel(n) and n not in CHANNEL_COLUMNS))
 
 
 def is_acceleration(channel: str) -> bool:
