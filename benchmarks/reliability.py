@@ -11,6 +11,7 @@ is 1 if a promise did not hold. --page writes docs/reliability.md from docs/reli
 """
 
 import argparse
+import functools
 import json
 import os
 import sys
@@ -39,6 +40,16 @@ class Part:
     run: Callable[..., dict[str, Any]]
 
 
+FUZZED = {
+    'blocks': 'messages on the wire, taken by the monitor and the recorder',
+    'views': 'the same, taken by the view',
+    'recordings': 'files read, analyzed, verified and recovered',
+    'scenarios': 'YAML files',
+    'repeats': 'recordings whose scenario is simulated again',
+    'sqlite': '.db3 bags',
+    'texts': 'text files to import',
+    'matlab': '.mat files to import',
+}
 PARTS = {
     'kills': Part(
         'Kill -9 of the recorder',
@@ -65,12 +76,15 @@ PARTS = {
         'among them, changes no byte of its recording.',
         talk.rogue_stranger,
     ),
-    'fuzz': Part(
-        'Fuzz',
-        'No block, recording, scenario or file to import raises a foreign exception, takes more '
-        'than 2 s of CPU time, or takes memory without bound.',
-        talk.fuzz,
-    ),
+    **{
+        f'fuzz_{kind}': Part(
+            f'Fuzz: {kind}',
+            f'No hostile input ({what}) raises a foreign exception, takes more than 2 s of CPU '
+            'time, or takes memory without bound.',
+            functools.partial(talk.fuzz, kind),
+        )
+        for kind, what in FUZZED.items()
+    },
     'two_rigs': Part(
         'Two rigs in one domain',
         'Of two rigs in one ROS domain, one flies and the other is refused in one sentence, or '
