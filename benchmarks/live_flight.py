@@ -7,6 +7,7 @@ import os
 import random
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -54,13 +55,14 @@ class LiveFlight:
     ) -> None:
         self.folder = folder
         self.environment = environment or private_environment(folder / 'log')
+        # a pipe that nobody reads would be full one day
+        self._said = tempfile.TemporaryFile('w+')  # noqa: SIM115 - as long as the process
         self.process = subprocess.Popen(
             [*CLI, 'run', '--record', str(folder), *options],
             env=self.environment,
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            stdout=self._said,
+            stderr=self._said,
         )
 
     def wait_until_recording(self, seconds: float = 2.0) -> Path:
@@ -77,7 +79,7 @@ class LiveFlight:
             if files and files[0].stat().st_size > seconds * BYTES_A_SECOND:
                 return files[0]
             if self.process.poll() is not None:
-                raise ChildProcessError(' '.join(self.process.communicate()))
+                raise ChildProcessError(self.said())
             time.sleep(0.05)
         raise TimeoutError('the recording did not grow')
 
@@ -94,8 +96,12 @@ class LiveFlight:
 
     def finish(self, timeout_s: float = 150.0) -> tuple[int, str]:
         """Wait for the end; return the exit code and all that was said."""
-        out, err = self.process.communicate(timeout=timeout_s)
-        return self.process.returncode, out + err
+        return self.process.wait(timeout_s), self.said()
+
+    def said(self) -> str:
+        """Return what the command and its nodes have said so far."""
+        self._said.seek(0)
+        return self._said.read()
 
     def bag(self) -> Path:
         """Return the bag folder."""
@@ -107,7 +113,7 @@ class LiveFlight:
             for pid in (*self.nodes().values(), self.process.pid):
                 if psutil.pid_exists(pid):
                     psutil.Process(pid).kill()
-            self.process.communicate()
+            self.process.wait()
 
 
 def running(pids: dict[str, int]) -> list[str]:

@@ -73,7 +73,8 @@ PARTS = {
     'rogue_stranger': Part(
         'A stranger on every topic',
         'What a stranger publishes on the topics of a rig in flight, those of the run itself '
-        'among them, changes no byte of its recording.',
+        'among them, ends nothing and changes no block of the flight in its recording; what '
+        'cannot be of the run is refused and counted.',
         talk.rogue_stranger,
     ),
     **{
@@ -128,7 +129,7 @@ def main() -> int:
             try:
                 result['figures'] = PARTS[name].run(Path(folder), quick=asked.quick)
             except flights.BrokenPromise as broken:
-                result['broken'] = str(broken)
+                result |= {'broken': str(broken), 'figures': broken.figures}
             except Exception:  # noqa: BLE001 - a part that fails must not end the others
                 result['broken'] = traceback.format_exc()
             result |= {
