@@ -306,6 +306,30 @@ def test_forged_progress_neither_stops_nor_frees_a_fast_run(
         assert warnings == []
 
 
+def test_blocks_on_the_hidden_topic_are_not_of_the_flight(
+    start: Start, alone: dict[str, bytes], stranger: Stranger, domain: dict[str, str]
+) -> None:
+    from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
+
+    flight = start('climb_dive')
+    heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
+    assert heard.wait(60.0) == 0
+    topic = stranger.hidden(topics.WAVEFORM)
+    assert topic is not None
+    count = 0
+    while flight.process.poll() is None and count < 400:
+        rows = np.zeros(256, WAVEFORM_DTYPE)
+        rows['sample'] = 256 * (count % 100) + np.arange(256)
+        rows['time'] = np.arange(256) / 10_240
+        stranger.say(topic, encode(WaveformBlock(time.time_ns() + 10**12, rows), ROS))
+        count += 1
+        time.sleep(0.02)
+    assert count > 50
+    assert_undisturbed(flight, alone)
+    (warning,) = json.loads(flight.out)['warnings']
+    assert 'another source published rotor/waveform' in warning
+
+
 def test_loads_on_the_hidden_topic_end_the_flight_and_are_not_flown(
     start: Start, alone: dict[str, bytes], stranger: Stranger, domain: dict[str, str]
 ) -> None:

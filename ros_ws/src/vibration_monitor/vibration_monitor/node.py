@@ -76,7 +76,8 @@ class MonitorNode(Node):  # type: ignore[misc]
                 block.first_sample,
                 len(block.rows),
                 step_s=block.step_s,
-                is_alone=self._source.get_publisher_count() <= 1,
+                # a run has one simulator, of which every block follows the one before
+                is_alone=not self._run.run_id and self._source.get_publisher_count() <= 1,
             ):
                 return
             records = self._monitor.push(block)

@@ -56,7 +56,9 @@ class RecorderNode(Node):  # type: ignore[misc]
         return self._run.subscription(topic, callback, raw=True)
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        is_alone = self._inputs[topic].get_publisher_count() <= 1
+        # a run has one simulator, of which every block follows the one before
+        is_of_run = topic is topics.WAVEFORM and bool(self._run.run_id)
+        is_alone = not is_of_run and self._inputs[topic].get_publisher_count() <= 1
         stamp_ns = self._stream.take(topic, data, time.time_ns(), is_alone=is_alone)
         # here too: a flood of messages must not keep the timer from its turn
         self._writer.flush_if_due()
