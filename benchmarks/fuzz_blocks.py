@@ -71,7 +71,7 @@ def pattern(rng: Generator, count: int) -> NDArray[np.float64]:
     """Return a column that no sensor sends."""
     a, b = (float(x) for x in rng.choice(NUMBERS, 2))
     with np.errstate(all='ignore'):
-        kinds = (
+        kinds: tuple[NDArray[Any], ...] = (
             np.full(count, a),
             np.arange(count) * a,
             b + np.arange(count) * a,
@@ -223,7 +223,7 @@ class Blocks:
         sane = sane_block(self._sample)
         self._take(to_cdr(encode(sane, OFFLINE)))
         self._sample += ROWS
-        taken = [monitor.status()['blocks [1]'] for monitor, _ in self._monitors]
+        taken = [int(monitor.status()['blocks [1]']) for monitor, _ in self._monitors]
         for monitor, _ in self._monitors:
             monitor.push(sane_block(self._sample))
         for (monitor, _), count in zip(self._monitors, taken, strict=True):

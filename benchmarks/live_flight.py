@@ -85,7 +85,7 @@ class LiveFlight:
 
     def nodes(self) -> dict[str, int]:
         """Return the process ids of the nodes by name."""
-        found = {}
+        found: dict[str, int] = {}
         for child in psutil.Process(self.process.pid).children():
             try:
                 command = child.cmdline()

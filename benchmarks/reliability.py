@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure what docs/reliability.md promises; write the figures, and the page from them.
 
-    python benchmarks/reliability.py --quick          everything small: two minutes
+    python benchmarks/reliability.py --quick          small, what no test does: three minutes
     python benchmarks/reliability.py kills signals    these parts in full
-    python benchmarks/reliability.py                  all of it: some three hours
+    python benchmarks/reliability.py                  all of it: half a day
 
 Every part puts its figures into --out (default: reliability.json here) and is judged; the exit code
 is 1 if a promise did not hold. --page writes docs/reliability.md from docs/reliability.json.
@@ -25,6 +25,7 @@ from typing import Any
 
 import reliability_flights as flights
 import reliability_messages as talk
+from reliability_page import page
 from report import machine
 from rich.console import Console
 
@@ -112,17 +113,28 @@ PARTS = {
 }
 
 
+QUICK = ('kills', 'rogue_blocks', 'rogue_stranger', 'hour')
+"""Tests are the quick half of the others: test_signals.py, test_fuzz.py, test_two_rigs.py."""
+
+
 def main() -> int:
     """Run the parts asked for and return the exit code."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('parts', nargs='*')
-    parser.add_argument('--quick', action='store_true')
+    parser = argparse.ArgumentParser(description='Measure what docs/reliability.md promises.')
+    parser.add_argument('parts', nargs='*', help=f'{", ".join(PARTS)}; default: all')
+    parser.add_argument('--quick', action='store_true', help='everything small')
     parser.add_argument('--out', type=Path, default=Path('reliability.json'))
+    parser.add_argument('--page', action='store_true', help='write the page of the docs, no more')
     asked = parser.parse_args()
+    if unknown := set(asked.parts) - set(PARTS):
+        parser.error(f'{unknown.pop()} is no part; known: {", ".join(PARTS)}')
+    if asked.page:
+        results = json.loads((DOCS / 'reliability.json').read_text('utf-8'))
+        (DOCS / 'reliability.md').write_text(page(results, PARTS), 'utf-8')
+        return 0
     console = Console()
     results = json.loads(asked.out.read_text('utf-8')) if asked.out.exists() else {}
     good = True
-    for name in asked.parts or PARTS:
+    for name in asked.parts or (QUICK if asked.quick else PARTS):
         with tempfile.TemporaryDirectory(prefix='rotor-rig-reliability-') as folder:
             began = time.monotonic()
             result: dict[str, Any] = {'broken': ''}

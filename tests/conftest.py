@@ -6,8 +6,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from live_flight import CLI, private_environment
 
-from rig_support import CLI, LiveRun, LiveRuns, Rig, RigRun, private_environment
+from rig_support import LiveRun, LiveRuns, Rig, RigRun
 
 
 @pytest.fixture(scope='session')

@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the system tests share: private ROS domains, finished commands, decoded recordings."""
 
-import itertools
 import json
-import os
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,24 +11,6 @@ from typing import Any
 from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic
 from vibration_monitor.reading import Recording
-
-CLI = [sys.executable, '-m', 'rotor_bringup']
-_domains = itertools.count(os.getpid())
-
-
-def private_domain() -> str:
-    """Return a ROS domain that no other test of this process uses, 60 to 99."""
-    return str(60 + next(_domains) % 40)
-
-
-def private_environment(log_folder: Path) -> dict[str, str]:
-    """Return an environment with a ROS domain of its own on loopback."""
-    return {
-        **os.environ,
-        'ROS_DOMAIN_ID': private_domain(),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_LOG_DIR': str(log_folder),
-    }
 
 
 @dataclass(frozen=True)

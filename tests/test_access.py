@@ -14,8 +14,8 @@ from xml.etree import ElementTree as ET
 import psutil  # type: ignore[import-untyped]
 import pytest
 import yaml
+from live_flight import CLI, private_environment
 
-from rig_support import CLI, private_environment
 from rotor_interfaces import access
 from vibration_monitor.view import viewer
 

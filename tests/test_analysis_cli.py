@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from live_flight import CLI
 from pyarrow import parquet
 from typer.testing import CliRunner
 
 import rotor_sim.analysis
-from rig_support import CLI, Rig
+from rig_support import Rig
 from rotor_bringup import analysis_runs
 from rotor_bringup.cli import app
 from rotor_interfaces.exit_code import ExitCode

@@ -344,7 +344,7 @@ def test_node_parameter(case: str, domain: dict[str, str], tmp_path: Path) -> No
 
 @pytest.mark.parametrize('number', ['abc', '500', '-1'])
 def test_ros_domain(rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: str) -> None:
-    monkeypatch.setattr('rig_support.private_domain', lambda: number)
+    monkeypatch.setattr('live_flight.private_domain', lambda: number)
     done = rig('run', '--record', tmp_path / 'recordings')
     assert_one_sentence(done.code, done.out + done.err, [f"ROS_DOMAIN_ID = '{number}'", '232'])
 

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from live_flight import private_environment
 
-from rig_support import private_environment
 from rotor_interfaces import access
 
 pytestmark = pytest.mark.real_time

@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from live_flight import CLI, private_environment
 
-from rig_support import CLI, RigRun, private_environment
+from rig_support import RigRun
 from rotor_interfaces import access, dds, machine_code
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from live_flight import CLI
 
-from rig_support import CLI, Rig, recorded
+from rig_support import Rig, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording, waveform_blocks
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from live_flight import CLI
 
-from rig_support import CLI
 from rotor_interfaces import topics
 from rotor_interfaces.gaps import SampleContinuity
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, decode
@@ -24,11 +24,11 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     """Everything that a subscriber of its own hears during the default scenario."""
     pytest.importorskip('rclpy', reason='needs ROS 2')
     import rclpy
+    from live_flight import private_environment
     from rclpy.context import Context
     from rclpy.experimental.events_executor import EventsExecutor
     from rclpy.node import Node
 
-    from rig_support import private_environment
     from rotor_interfaces import ros
 
     folder = tmp_path_factory.mktemp('listener')

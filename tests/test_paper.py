@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from live_flight import CLI
 from typer.testing import CliRunner
 
-from rig_support import CLI
 from rotor_bringup.cli import app
 from rotor_bringup.paper import validation
 from rotor_interfaces.exit_code import ExitCode

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from live_flight import CLI
 
-from rig_support import CLI, LiveRuns, recorded
+from rig_support import LiveRuns, recorded
 from rotor_interfaces import topics
 from vibration_monitor.reading import Recording
 

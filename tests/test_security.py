@@ -9,8 +9,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from live_flight import CLI, private_environment
 
-from rig_support import CLI, private_environment
 from rotor_bringup.evaluation import topic
 from rotor_interfaces import access
 from rotor_interfaces.errors import ConfigError

@@ -11,104 +11,28 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from live_flight import NODES, LiveFlight, private_environment, running
 
-from rig_support import CLI, private_environment
 from rotor_interfaces.exit_code import ExitCode
 from vibration_monitor.reading import Recording
 
-NODES = {
-    'rotor_sim': 'rotor_sim.node',
-    'maneuver_gen': 'maneuver_gen.node',
-    'vibration_monitor': 'vibration_monitor.node',
-    'recorder': 'vibration_monitor.recorder_node',
-}
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
-class Rig:
-    """A live rig under way, started for one test."""
-
-    def __init__(self, folder: Path, *options: str) -> None:
-        self.folder = folder
-        self.process = subprocess.Popen(
-            [*CLI, 'run', '--duration', '60', '--record', str(folder), *options],
-            env=private_environment(folder / 'log'),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    def wait_until_recording(self, seconds: float = 2.0) -> None:
-        """Return when the recording holds about `seconds` of the run."""
-        deadline = time.monotonic() + 60.0
-        while time.monotonic() < deadline:
-            files = list(self.folder.glob('climb_dive-*/*.mcap.active'))
-            if files and files[0].stat().st_size > seconds * 700_000:
-                return
-            assert self.process.poll() is None, self.process.communicate()
-            time.sleep(0.05)
-        raise AssertionError('the recording did not grow')
-
-    def children(self) -> dict[str, int]:
-        """Return the pids of the node processes by name."""
-        found: dict[str, int] = {}
-        for entry in Path('/proc').iterdir():
-            if not entry.name.isdigit():
-                continue
-            try:
-                status = (entry / 'status').read_text()
-                command = (entry / 'cmdline').read_text().split('\0')
-            except OSError:
-                continue
-            if f'PPid:\t{self.process.pid}\n' in status:
-                found |= {
-                    name: int(entry.name) for name, module in NODES.items() if module in command
-                }
-        return found
-
-    def finish(self, timeout_s: float = 150.0) -> tuple[int, str]:
-        """Wait for the end; return exit code and what was said."""
-        out, err = self.process.communicate(timeout=timeout_s)
-        return self.process.returncode, out + err
-
-    def bag(self) -> Path:
-        """Return the bag folder."""
-        return next(self.folder.glob('climb_dive-*'))
-
-
-Start = Callable[..., Rig]
+Start = Callable[..., LiveFlight]
 
 
 @pytest.fixture
 def started(tmp_path: Path) -> Iterator[Start]:
-    rigs: list[Rig] = []
+    rigs: list[LiveFlight] = []
 
-    def start(*options: str) -> Rig:
-        rigs.append(Rig(tmp_path, *options))
+    def start(*options: str) -> LiveFlight:
+        rigs.append(LiveFlight(tmp_path, 'climb_dive', '--duration', '60', *options))
         return rigs[-1]
 
     yield start
     for rig in rigs:
-        if rig.process.poll() is None:
-            rig.process.kill()
-            rig.process.communicate()
-
-
-def assert_gone(pids: dict[str, int]) -> None:
-    """Every process has ended (or belongs to somebody else by now) within 5 s."""
-    deadline = time.monotonic() + 5.0
-    while True:
-        alive = [
-            name
-            for name, pid in pids.items()
-            if Path(f'/proc/{pid}/cmdline').exists()
-            and NODES[name].encode() in Path(f'/proc/{pid}/cmdline').read_bytes()
-        ]
-        if not alive:
-            return
-        assert time.monotonic() < deadline, f'still running: {alive}'
-        time.sleep(0.1)
+        rig.close()
 
 
 def assert_complete(bag: Path) -> None:
@@ -128,28 +52,28 @@ def test_a_signal_to_the_rig_ends_everything_cleanly(
 ) -> None:
     rig = started(*options)
     rig.wait_until_recording()
-    pids = rig.children()
+    pids = rig.nodes()
     rig.process.send_signal(number)
     code, said = rig.finish()
     assert code == 130, said
     assert 'Traceback' not in said
-    assert_gone(pids)
+    assert not running(pids)
     assert_complete(rig.bag())
 
 
 @pytest.mark.parametrize('delay_s', [0.05, 0.4, 1.5])
 def test_ctrl_c_before_the_run_has_begun(started: Start, delay_s: float) -> None:
     rig = started()
-    while not rig.children():
+    while not rig.nodes():
         assert rig.process.poll() is None
         time.sleep(0.01)
     time.sleep(delay_s)
-    pids = rig.children()
+    pids = rig.nodes()
     rig.process.send_signal(signal.SIGINT)
     code, said = rig.finish()
     assert code == 130, said
     assert 'Traceback' not in said
-    assert_gone(pids)
+    assert not running(pids)
 
 
 NODE = """
@@ -274,14 +198,14 @@ def test_a_dead_process_ends_the_run_with_its_name(
 ) -> None:
     rig = started()
     rig.wait_until_recording()
-    pids = rig.children()
+    pids = rig.nodes()
     assert set(pids) == set(NODES)
     os.kill(pids[victim], number)
     code, said = rig.finish()
     assert code == 3, said
     assert victim in said
     assert 'Traceback' not in said
-    assert_gone(pids)
+    assert not running(pids)
     if victim != 'recorder' or number != signal.SIGKILL:
         assert_complete(rig.bag())
     else:
@@ -293,9 +217,9 @@ def test_a_dead_process_ends_the_run_with_its_name(
 def test_a_killed_rig_leaves_no_process_behind(started: Start) -> None:
     rig = started()
     rig.wait_until_recording()
-    pids = rig.children()
+    pids = rig.nodes()
     assert len(pids) == len(NODES)
     rig.process.kill()
-    rig.process.communicate()
-    assert_gone(pids)
+    rig.process.wait()
+    assert not running(pids)
     assert_complete(rig.bag())

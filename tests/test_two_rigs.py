@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from live_flight import CLI
 
-from rig_support import CLI, Rig, recorded
+from rig_support import Rig, recorded
 from rotor_bringup.scenario import load_scenario
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS
