@@ -5,6 +5,7 @@
 import itertools
 import os
 import random
+import socket
 import subprocess
 import sys
 import tempfile
@@ -26,8 +27,16 @@ BYTES_A_SECOND = 700_000
 
 
 def private_domain() -> str:
-    """Return a ROS domain that nothing else of this process uses, 60 to 99."""
-    return str(60 + next(_domains) % 40)
+    """Return a ROS domain that nothing else uses, 60 to 99."""
+    while True:
+        domain = 60 + next(_domains) % 40
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                # of the first participant, see 9.6.1 of the DDS Interoperability Wire Protocol
+                probe.bind(('127.0.0.1', 7410 + 250 * domain))
+            except OSError:
+                continue
+        return str(domain)
 
 
 def private_environment(log_folder: Path) -> dict[str, str]:
@@ -108,12 +117,13 @@ class LiveFlight:
         return next(path.parent for path in self.folder.glob('*/*.mcap*'))
 
     def close(self) -> None:
-        """Kill what still runs, by its id."""
+        """Kill what still runs, by its id, and forget what was said."""
         if self.process.poll() is None:
             for pid in (*self.nodes().values(), self.process.pid):
                 if psutil.pid_exists(pid):
                     psutil.Process(pid).kill()
             self.process.wait()
+        self._said.close()
 
 
 def running(pids: dict[str, int]) -> list[str]:

@@ -26,7 +26,7 @@ MOST_GROWTH_MB = 30
 MOST_MB = {'analyze': 300, 'view': 330, 'verify': 300, 'recover': 300}
 """These recordings hold a waveform alone: a view has the monitor beside rerun, 313 MB in all.
 
-With recorded indicators, as those of a rig, it loads no monitor; see the hour of docs/reliability.md.
+With recorded indicators, as a rig has, it loads no monitor: see the hour of docs/reliability.md.
 """
 
 
