@@ -28,6 +28,7 @@ from rotor_interfaces.waveform import (
 )
 from vibration_monitor import VibrationMonitor
 from vibration_monitor.config import MonitorConfig
+from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import MAX_INVALID_RECORDS
 from vibration_monitor.recording_stream import RecordingStream
 from vibration_monitor.recovery import Samples
@@ -224,6 +225,19 @@ def test_more_channels_than_the_monitor_takes_are_refused_with_the_remedy() -> N
         VibrationMonitor().push(WaveformBlock(0, rows))
     chosen = MonitorConfig(channels=('c1_y', 'c2_y'), extras=())
     assert VibrationMonitor(chosen).push(WaveformBlock(0, rows)) == []
+
+
+@pytest.mark.parametrize('second', [-(2**31), -(2**31) + 5, 2**31 - 2, 2**31 - 1])
+def test_no_window_gets_a_stamp_that_cannot_be_written(second: int) -> None:
+    monitor, outgoing = VibrationMonitor(ALL), MonitorMessages(OFFLINE)
+    stamp_ns = second * 10**9 + 1
+    for block in STREAM:
+        try:
+            records = monitor.push(WaveformBlock(stamp_ns, block.rows))
+        except WireError:
+            records = []
+        for _, _, said in outgoing.after_block(monitor, records, stamp_ns):
+            to_cdr(said)
 
 
 def test_one_wrong_stamp_does_not_have_all_blocks_of_one_sample_refused() -> None:

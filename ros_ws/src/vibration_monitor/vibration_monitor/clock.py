@@ -11,7 +11,8 @@ from rotor_interfaces.messages import NANOSECONDS, sample_stamp_ns
 FASTEST_HZ = NANOSECONDS
 """Stamps tell no faster samples apart."""
 
-_END_OF_STAMPS_S = 1 << 31
+_LARGEST_STAMP_S = (1 << 31) - 10_000_000
+"""ROS counts seconds to 2^31; 115 days less leave room for the stamps of windows and alarms."""
 
 
 class BlockClock:
@@ -68,10 +69,10 @@ def own_rate(stamp_ns: int, time: NDArray[np.float64]) -> int | None:
     """
     start_s, end_s = float(time[0]), float(time[-1])
     rate_hz = whole_rate(len(time) - 1, end_s - start_s) if len(time) > 1 else None
-    if not abs(stamp_ns / NANOSECONDS + start_s) < _END_OF_STAMPS_S:
+    if not abs(stamp_ns / NANOSECONDS + start_s) < _LARGEST_STAMP_S:
         raise WireError(
             f'time = {start_s:g} after a stamp of {stamp_ns / NANOSECONDS:.0f} s is out of '
-            f'range; a stamp counts up to {_END_OF_STAMPS_S} s'
+            f'range; allowed: up to {_LARGEST_STAMP_S} s'
         )
     return rate_hz
 
