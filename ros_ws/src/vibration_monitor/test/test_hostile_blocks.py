@@ -230,7 +230,7 @@ def test_more_channels_than_the_monitor_takes_are_refused_with_the_remedy() -> N
 @pytest.mark.parametrize('second', [-(2**31), -(2**31) + 5, 2**31 - 2, 2**31 - 1])
 def test_no_window_gets_a_stamp_that_cannot_be_written(second: int) -> None:
     monitor, outgoing = VibrationMonitor(ALL), MonitorMessages(OFFLINE)
-    stamp_ns = second * 10**9 + 1
+    stamp_ns = second * 10**9 + 65_535
     for block in STREAM:
         try:
             records = monitor.push(WaveformBlock(stamp_ns, block.rows))
