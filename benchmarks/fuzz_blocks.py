@@ -12,8 +12,9 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from rotor_interfaces import topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, from_cdr, stamp, stamp_ns, to_cdr
+from rotor_interfaces.messages import OFFLINE, from_cdr, stamp, stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import (
     CHANNEL_COLUMNS,

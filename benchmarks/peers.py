@@ -37,8 +37,8 @@ import symbolic_solvers as symbolic
 from equations import START, TURN, Array
 from rich.console import Console
 
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_sim.model import Drive, derivative
-from rotor_sim.parameters import GRAVITY_M_S2
 
 CRACKS = np.linspace(0.0, 0.3, 16)
 CRACK = np.array([0.1])

@@ -22,7 +22,8 @@ from rosbags.rosbag2 import Reader
 
 from rig_support import LiveRuns
 from rotor_interfaces import messages, topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.reading import Recording

@@ -25,7 +25,8 @@ from typer.testing import CliRunner
 from rig_support import Rig
 from rotor_bringup.cli import app
 from rotor_interfaces import messages, topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr, typestore
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr, typestore
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.errors import RecordingError
 from vibration_monitor.reading import Recording

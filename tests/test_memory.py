@@ -11,7 +11,8 @@ import pytest
 from live_flight import CLI
 
 from rotor_interfaces import topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns, to_cdr
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.recording import RecordingWriter
 

@@ -16,8 +16,9 @@ import pydantic
 
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.gusts import Wave, gust_waves
-from maneuver_gen.profiles import GRAVITY_M_S2, SMOOTH_STEP_PEAK_SLOPE, RatePulse
+from maneuver_gen.profiles import SMOOTH_STEP_PEAK_SLOPE, RatePulse
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_interfaces.errors import DataError
 from rotor_interfaces.plain_data import parse_json
 

@@ -23,13 +23,9 @@ from maneuver_gen.config import (
     Turn,
 )
 from maneuver_gen.errors import ManeuverError
-from maneuver_gen.profiles import GRAVITY_M_S2, FloatArray
+from maneuver_gen.profiles import FloatArray
 from maneuver_gen.recorded import open_flight
-
-LOAD_RATE_HZ = 100
-"""Points per second; point k stands at k x 10 ms."""
-
-_POINT_NS = 10**9 // LOAD_RATE_HZ
+from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ, LOAD_STEP_NS
 
 
 def check_duration(config: ManeuverConfig, duration_s: float) -> None:
@@ -55,7 +51,7 @@ def load_grid(config: ManeuverConfig, duration_s: float) -> FloatArray:
     """
     check_duration(config, duration_s)
     # in whole nanoseconds, so that no rounding error adds a point
-    last = -(-round(duration_s * 1e9) // _POINT_NS)
+    last = -(-round(duration_s * 1e9) // LOAD_STEP_NS)
     times_s = np.arange(last + 2) / LOAD_RATE_HZ
     if isinstance(config, Sequence):
         return GRAVITY_M_S2 * _sequence(config, times_s)

@@ -14,15 +14,14 @@ from typing import Any
 
 from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
-from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from maneuver_gen.load_grid import load_grid
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.constants import LOAD_STEP_NS, NANOSECONDS
 from rotor_interfaces.credit import Credit
 from rotor_interfaces.errors import ConfigError
-from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, RunTopics
-
-GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
 
 
 class ManeuverNode(Node):  # type: ignore[misc]
@@ -70,7 +69,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
                 'simulator, so start the whole rig again'
             )
         refused = self._credit.refused
-        self._credit.take(stamp_ns, self._epoch_ns + (self._next - 1) * GRID_STEP_NS)
+        self._credit.take(stamp_ns, self._epoch_ns + (self._next - 1) * LOAD_STEP_NS)
         if self._credit.refused > refused:
             self.get_logger().warning(
                 f'rig/progress refused: {self._consumer} cannot be at {stamp_ns} ns '
@@ -100,7 +99,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         """Publish every grid point up to the lead beyond `consumed_ns`, or beyond the epoch."""
         limit_ns = max(consumed_ns, self._epoch_ns) + int(self._lead_s * NANOSECONDS)
         while self._next < len(self._grid):
-            stamp_ns = self._epoch_ns + self._next * GRID_STEP_NS
+            stamp_ns = self._epoch_ns + self._next * LOAD_STEP_NS
             if stamp_ns > limit_ns:
                 return
             load_y, load_z = self._grid[self._next]

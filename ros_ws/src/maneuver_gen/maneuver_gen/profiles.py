@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-GRAVITY_M_S2 = 9.81
-"""Standard gravity as the paper rounds it (Hou et al. 2016)."""
+from rotor_interfaces.constants import GRAVITY_M_S2
 
 SMOOTH_STEP_PEAK_SLOPE = 1.5
 """The steepest slope of `smooth_step`, at its middle."""

@@ -21,7 +21,7 @@ from rotor_bringup.errors import ScenarioError
 from rotor_bringup.out_path import check_file
 from rotor_bringup.pipeline import analyze_blocks
 from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
-from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor

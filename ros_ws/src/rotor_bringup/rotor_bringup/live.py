@@ -16,19 +16,19 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rich.console import Console
 
-from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from maneuver_gen.load_grid import load_grid
 from rotor_bringup.console import printable
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import dds, messages, ros, topics
+from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.run_topics import RunTopics, new_run_id
 
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
-STANDARD_GRAVITY_M_S2 = 9.81
 MOST_DIGITS = 18
 """Of a counter; more would be no count of anything."""
 
@@ -50,9 +50,7 @@ class RunWatcher(Node):  # type: ignore[misc]
     def __init__(self, scenario: Scenario, state: RunState, run_id: str) -> None:
         super().__init__('run_watcher')
         self._state = state
-        self._load_factor = load_grid(scenario.maneuver, scenario.duration_s)[:, 0] / (
-            STANDARD_GRAVITY_M_S2
-        )
+        self._load_factor = load_grid(scenario.maneuver, scenario.duration_s)[:, 0] / (GRAVITY_M_S2)
         self._epoch_ns: int | None = None
         run = RunTopics(self, run_id)
         run.subscription(topics.MANEUVER_LOAD, self._on_load)

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from maneuver_gen.load_grid import load_grid
 from rotor_bringup.scenario import Scenario, versions
 from rotor_interfaces import messages, topics
+from rotor_interfaces.constants import LOAD_STEP_NS
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock
 from rotor_sim.load_grid import LoadGrid
@@ -51,7 +52,6 @@ def simulate(scenario: Scenario) -> Iterator[Step]:
     monitor = VibrationMonitor(scenario.monitor)
     monitor_messages = MonitorMessages(OFFLINE)
     epoch_ns = scenario.epoch_ns
-    step_ns = NANOSECONDS // LOAD_RATE_HZ
     next_point = 0
     end_sample = round(scenario.duration_s * config.rate_hz)
     first: list[Outgoing] = [
@@ -62,8 +62,8 @@ def simulate(scenario: Scenario) -> Iterator[Step]:
         block = simulator.advance(count, grid)
         outgoing, first = first, []
         end_ns = sample_stamp_ns(epoch_ns, simulator.next_sample, config.rate_hz)
-        while next_point < len(points) and epoch_ns + next_point * step_ns <= end_ns:
-            stamp_ns = epoch_ns + next_point * step_ns
+        while next_point < len(points) and epoch_ns + next_point * LOAD_STEP_NS <= end_ns:
+            stamp_ns = epoch_ns + next_point * LOAD_STEP_NS
             load = messages.load(OFFLINE, stamp_ns, *points[next_point])
             outgoing.append((topics.MANEUVER_LOAD, stamp_ns, load))
             next_point += 1

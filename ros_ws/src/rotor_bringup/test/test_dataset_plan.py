@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from maneuver_gen.load_grid import load_grid
 from rotor_bringup.dataset.config import SuiteConfig, load_suite, shipped_suites
 from rotor_bringup.dataset.draws import balanced, generator
-from rotor_bringup.dataset.suite import LANES, Flight, Machine, batches, plan_suite
+from rotor_bringup.dataset.suite import Flight, Machine, batches, plan_suite
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.scenario import Scenario
+from rotor_interfaces.constants import LANES
 from rotor_interfaces.errors import RigError
 
 STANDARD = plan_suite('standard')

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
-NANOSECONDS = 1_000_000_000
+from rotor_interfaces.constants import NANOSECONDS
+
 _STALE = 3
 """Level of a DiagnosticStatus."""
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import BlockTime
-from rotor_interfaces.messages import NANOSECONDS, ROS, MessageFactory, header, stamp_ns
+from rotor_interfaces.messages import ROS, MessageFactory, header, stamp_ns
 
 DISPLACEMENT_COLUMNS = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
 ACCELERATION_COLUMNS = ('brg1_ay', 'brg1_az', 'brg2_ay', 'brg2_az')

@@ -34,9 +34,6 @@ from rotor_sim.parameters import RotorParameters
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
-LANES = 16
-"""Lanes of a fleet: four AVX2 registers a row; fewer hide the latency of roots less well."""
-
 OUTPUTS = 16
 """Columns of a sampled row: six displacements (m), four bearing accelerations, load y and z
 (m/s^2), contact force on journal 1 y, z and on journal 2 y, z (N)."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import LANES
 from rotor_sim.errors import IntegrationError, RotorError
 from rotor_sim.integration import Plan, integrate
 from rotor_sim.load_grid import LoadGrid
@@ -84,8 +85,6 @@ def _integrated(plans: Sequence[Plan]) -> list[tuple[Array, Array]]:
 
 def _groups(plans: Sequence[Plan]) -> Iterable[tuple[Sequence[int], int]]:
     """Yield which plans to integrate together, and in how many lanes."""
-    from rotor_sim._kernels import LANES  # noqa: PLC0415 - numba is slow to import
-
     kinds: dict[object, list[int]] = {}
     for place, plan in enumerate(plans):
         kinds.setdefault(plan.lane.shared, []).append(place)

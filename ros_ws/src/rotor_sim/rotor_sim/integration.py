@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_sim.load_grid import LOAD_RATE_HZ
+from rotor_interfaces.constants import LOAD_RATE_HZ
 
 Array = NDArray[np.float64]
 

@@ -7,11 +7,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 from rotor_interfaces.topics import MANEUVER_LOAD
 from rotor_sim.errors import LoadConflictError, RotorError
-from rotor_sim.parameters import GRAVITY_M_S2
 
-LOAD_RATE_HZ = 100
 LOAD_LIMIT_M_S2 = 20.0 * GRAVITY_M_S2
 """Far outside any flight: a point beyond is a mistake in units."""
 EARLY_LIMIT = MANEUVER_LOAD.depth

@@ -12,22 +12,22 @@ import time
 from typing import Any
 
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.constants import LOAD_RATE_HZ, LOAD_STEP_NS
 from rotor_interfaces.credit import Credits
 from rotor_interfaces.errors import ConfigError, DataError
-from rotor_interfaces.messages import NANOSECONDS, ROS, sample_stamp_ns
+from rotor_interfaces.messages import ROS, sample_stamp_ns
 from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import CosimulationError, LoadConflictError, RotorError
-from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
+from rotor_sim.load_grid import LoadGrid
 from rotor_sim.messages import block_messages, config_message
 from rotor_sim.parameters import VARIANTS
 from rotor_sim.sensors.config import NoiseLevels
 from rotor_sim.simulator import RotorSimulator
 
-GRID_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
 TICK_S = 0.002
 ASK_AGAIN_S = 1.0
 """A run that waits this long for a load asks for it again; DDS alone would repair it sooner."""
@@ -178,7 +178,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         stamp_ns = messages.stamp_ns(message)
         if self._epoch_ns < 0:
             self._epoch_ns = stamp_ns
-        k, remainder = divmod(stamp_ns - self._epoch_ns, GRID_STEP_NS)
+        k, remainder = divmod(stamp_ns - self._epoch_ns, LOAD_STEP_NS)
         if remainder or k < 0:
             self._refuse(f'stamp {stamp_ns} ns is not on the 10 ms grid of this run')
             return

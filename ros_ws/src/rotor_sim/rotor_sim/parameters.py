@@ -13,10 +13,8 @@ from typing import Any, Literal, Self
 import pydantic
 
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_sim.errors import RotorError
-
-GRAVITY_M_S2 = 9.81
-"""Standard gravity as the paper rounds it; load factor 1 = 9.81 m/s^2 along +y."""
 
 HIGHEST_CRACK = 0.5
 """Deepest crack, K = dk/k; the paper goes to 0.3, one shape of breathing not far beyond."""

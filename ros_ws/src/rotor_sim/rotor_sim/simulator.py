@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 from rotor_sim.config import LiveParameters, ParameterChange, RotorSimConfig
 from rotor_sim.errors import IntegrationError, RotorError
 from rotor_sim.integration import Lane, Plan, integrate
-from rotor_sim.load_grid import LOAD_RATE_HZ, LoadGrid
-from rotor_sim.parameters import GRAVITY_M_S2
+from rotor_sim.load_grid import LoadGrid
 from rotor_sim.sensors import ImuSample
 from rotor_sim.sensors.config import NoiseLevels
 from rotor_sim.statics import static_equilibrium

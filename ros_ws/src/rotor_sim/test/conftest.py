@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_sim import RotorParameters, _kernels
-from rotor_sim.parameters import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
 Revolutions = Callable[..., tuple[Array, Array]]

@@ -293,7 +293,7 @@ import sys
 import numpy as np
 from rotor_sim import RotorParameters, _kernels
 p = RotorParameters.hou2016()
-n = _kernels.LANES
+n = LANES
 alike = (0,) * (sys.argv[1] == 'alike')
 _kernels.integrate((0,) * n, *_kernels.kind(p), alike, np.array([_kernels.pack(p)] * n),
                    np.zeros((n, 12)), np.empty((n, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,

@@ -17,6 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rotor_interfaces import interrupt
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_sim import RotorParameters
 from rotor_sim.analysis import (
     OperatingPoint,
@@ -35,7 +36,7 @@ from rotor_sim.analysis import (
 )
 from rotor_sim.analysis.ensemble import Ensemble
 from rotor_sim.errors import AnalysisError
-from rotor_sim.parameters import GRAVITY_M_S2, VARIANTS
+from rotor_sim.parameters import VARIANTS
 
 Array = NDArray[np.float64]
 

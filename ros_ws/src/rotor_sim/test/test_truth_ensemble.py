@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from rotor_interfaces.constants import GRAVITY_M_S2
 from rotor_sim import RotorParameters, model
 from rotor_sim.analysis import Ensemble, OperatingPoint, _lanes, lyapunov_exponent
 from rotor_sim.analysis.ensemble import _POLYNOMIAL_TERMS, _coefficients
 from rotor_sim.errors import AnalysisError
-from rotor_sim.parameters import GRAVITY_M_S2, VARIANTS
+from rotor_sim.parameters import VARIANTS
 
 Array = NDArray[np.float64]
 Revolutions = Callable[..., tuple[Array, Array]]

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from recording_support import EPOCH_NS, block_bytes, made_up_run, stamp_of
 from rotor_interfaces import messages, topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, to_cdr, typestore
+from rotor_interfaces.messages import OFFLINE, to_cdr, typestore
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from vibration_monitor.reading import Recording

@@ -13,7 +13,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from recording_support import EPOCH_NS, made_up_run, stamp_of, write_all
 from rotor_interfaces import topics
-from rotor_interfaces.messages import NANOSECONDS, typestore
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import typestore
 from vibration_monitor import replay
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_file import McapFile

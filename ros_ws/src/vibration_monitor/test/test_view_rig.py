@@ -14,7 +14,8 @@ from rerun.chunk import RrdReader
 
 import view_flight
 from rotor_interfaces import messages, topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WaveformBlock, encode
 from vibration_monitor.view import RigView, style
 from vibration_monitor.view.blueprint import blueprint

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.constants import NANOSECONDS
 from vibration_monitor.view.thinning import KEPT_S, NewestRows, envelope
 
 RATE_HZ = 1000

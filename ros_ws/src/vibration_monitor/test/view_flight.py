@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from rotor_interfaces import messages, topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 

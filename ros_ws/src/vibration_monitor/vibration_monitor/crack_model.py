@@ -52,9 +52,6 @@ _SPEED_SCALE_RAD_S = 400.0
 LARGEST_MOTION_M = 1.0
 """A displacement beyond is no shaft's, and products of such numbers would pass for a crack."""
 
-GRAVITY_M_S2 = 9.81
-"""As the paper rounds it: load factor 1 = 9.81 m/s^2 along +y."""
-
 NOISE_M, RELATIVE_ERROR = 1e-8, 0.02
 """Errors of q_n: the probes' noise in a window, and what transients make of it."""
 

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import GRAVITY_M_S2
 from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack import CrackEstimator
-from vibration_monitor.crack_model import GRAVITY_M_S2, CrackWindow
+from vibration_monitor.crack_model import CrackWindow
 from vibration_monitor.envelope import envelope_spectrum, is_resolved
 from vibration_monitor.names import (
     CRACK_INDICATORS,

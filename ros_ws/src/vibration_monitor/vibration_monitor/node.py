@@ -8,9 +8,10 @@ import time
 from typing import Any
 
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import FirstSource
-from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, Progress, RunTopics
 from rotor_interfaces.waveform import decode

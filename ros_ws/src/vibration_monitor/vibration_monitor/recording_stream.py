@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import Any
 
 from rotor_interfaces import messages, topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import UNTIMED, BlockTime, FirstSource, SampleContinuity
-from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import decode, sample_index
 from vibration_monitor.reading import UNDECODABLE

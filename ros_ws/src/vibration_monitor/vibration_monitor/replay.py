@@ -10,8 +10,8 @@ import pydantic
 
 from rotor_interfaces import topics
 from rotor_interfaces.config import ConfigModel, quantity
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import DataError
-from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.plain_data import parse_yaml
 from vibration_monitor.errors import RecordingInputError
 from vibration_monitor.mcap_walk import Connection

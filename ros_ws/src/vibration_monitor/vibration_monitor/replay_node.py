@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.leftovers import remove_leftovers
-from rotor_interfaces.messages import NANOSECONDS, ROS
+from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import (
     DurabilityPolicy,
     InvalidTopicNameException,

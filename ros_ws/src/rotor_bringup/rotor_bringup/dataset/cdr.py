@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces import messages
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE
+from rotor_interfaces.constants import NANOSECONDS
+from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import ROTOR_FRAME
 from rotor_interfaces.waveform import WaveformBlock, encode
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from maneuver_gen.config import SHIPPED, ClimbDive
-from maneuver_gen.profiles import GRAVITY_M_S2
 from maneuver_gen.recorded import open_flight
 from rotor_bringup.dataset.config import ManoeuvreDraws, SpeedDraws
+from rotor_interfaces.constants import GRAVITY_M_S2
 
 RECORD = f'{SHIPPED}synthetic_record'
 CLIMB_ANGLE_RAD = 0.5

@@ -13,16 +13,13 @@ from typing import Any, Literal
 import numpy as np
 
 from maneuver_gen.load_grid import load_grid
-from maneuver_gen.profiles import GRAVITY_M_S2
 from rotor_bringup.dataset.config import Group, NoisePreset, SuiteConfig, load_suite
 from rotor_bringup.dataset.draws import WHOLE_SUITE, balanced, generator
 from rotor_bringup.dataset.manoeuvres import Pilot, speed_program
 from rotor_bringup.dataset.sensing import sensors
 from rotor_bringup.errors import DatasetError
 from rotor_bringup.scenario import Scenario
-
-LANES = 16
-"""Machines that are flown in one lock-step."""
+from rotor_interfaces.constants import GRAVITY_M_S2, LANES
 
 HIGHEST_SEED = 2**62
 

@@ -10,12 +10,13 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
-from maneuver_gen.load_grid import LOAD_RATE_HZ, load_grid
+from maneuver_gen.load_grid import load_grid
 from rotor_bringup.dataset.cdr import JointStateBytes, WaveformBytes, load_bytes
 from rotor_bringup.dataset.stream import fly
 from rotor_bringup.dataset.suite import Flight
 from rotor_interfaces import messages, topics
-from rotor_interfaces.messages import NANOSECONDS, OFFLINE, sample_stamp_ns
+from rotor_interfaces.constants import LOAD_STEP_NS
+from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_sim.messages import config_message
 from rotor_sim.simulator import SimulatedBlock
 from vibration_monitor.recording import RecordingWriter
@@ -23,7 +24,6 @@ from vibration_monitor.recording import RecordingWriter
 FLIGHTS = 'flights'
 UNFINISHED = '.unfinished'
 _SHAFT = ('shaft',)
-_POINT_NS = NANOSECONDS // LOAD_RATE_HZ
 
 
 Row = dict[str, Any]
@@ -134,5 +134,5 @@ class _FlightFile:
     def _load_messages(self, flight: Flight) -> Iterator[tuple[int, bytes]]:
         """Yield stamps and bytes of the whole load grid."""
         points = load_grid(flight.scenario.maneuver, flight.duration_s)
-        stamps = [self._epoch_ns + k * _POINT_NS for k in range(len(points))]
+        stamps = [self._epoch_ns + k * LOAD_STEP_NS for k in range(len(points))]
         yield from zip(stamps, load_bytes(stamps, points), strict=True)

@@ -19,8 +19,8 @@ from typing import Any
 
 from rotor_bringup.evaluation.wire import one_line
 from rotor_interfaces import messages, ros, topics
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.exit_code import ExitCode
-from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.topics import Topic
 from vibration_monitor.detection import Level
 from vibration_monitor.reading import Recording

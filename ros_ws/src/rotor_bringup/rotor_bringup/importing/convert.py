@@ -20,6 +20,7 @@ from rotor_bringup.importing.shaft import Shaft, constant_speed, from_tacho
 from rotor_bringup.importing.table import Decimal
 from rotor_bringup.scenario import OFFLINE_EPOCH_NS, versions
 from rotor_interfaces import messages, topics
+from rotor_interfaces.constants import STANDARD_GRAVITY_M_S2
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, encode
@@ -33,7 +34,7 @@ UNKNOWN = 'unknown'
 _MUCH_MISSING = 0.05
 _FAR_OFF, _FEWEST_OTHERS = 20.0, 10
 
-ACCELERATION_UNITS = {'m/s^2': 1.0, 'mm/s^2': 1e-3, 'g': 9.80665}
+ACCELERATION_UNITS = {'m/s^2': 1.0, 'mm/s^2': 1e-3, 'g': STANDARD_GRAVITY_M_S2}
 """In m/s^2; g is the standard gravity of ISO 80000-3."""
 
 DISPLACEMENT_UNITS = {'m': 1.0, 'mm': 1e-3, 'um': 1e-6, 'in': 0.0254, 'mil': 25.4e-6}

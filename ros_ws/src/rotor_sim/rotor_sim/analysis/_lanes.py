@@ -31,9 +31,6 @@ from rotor_interfaces import machine_code
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
-LANES = 16
-"""Lanes of a full group: four AVX2 registers a row; fewer hide the latency of roots less well."""
-
 STATE = 0
 TANGENT = 12
 (

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotor_interfaces.constants import GRAVITY_M_S2, LANES
 from rotor_sim.analysis import _lanes
 from rotor_sim.breathing import breathing_polynomial
 from rotor_sim.errors import AnalysisError
-from rotor_sim.parameters import GRAVITY_M_S2, RotorParameters
+from rotor_sim.parameters import RotorParameters
 
 Array = NDArray[np.float64]
 
@@ -159,7 +160,7 @@ class Ensemble:
         directions = balls // 2 if balls % 2 == 0 else balls
         self._balls = (0,) * directions
         self._terms = () if closed_form else (0,) * _POLYNOMIAL_TERMS
-        self._lanes = (0,) * (1 if len(points) <= _FEW else _lanes.LANES)
+        self._lanes = (0,) * (1 if len(points) <= _FEW else LANES)
         self._rows = _lanes.BALLS + 2 * directions + len(self._terms)
         groups = -(-len(points) // len(self._lanes))
         self._buffer = np.empty((groups, self._rows, len(self._lanes)))

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from rotor_interfaces.constants import LANES
 from rotor_sim.sensors._plain import (
     BIAS,
     CHANNELS,
     CROSS,
     DEVIATION,
     GAIN,
-    LANES,
     OFF_SAMPLES,
     WALK_STEP,
     cos_sin,

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_interfaces import machine_code
+from rotor_interfaces.constants import LANES
 
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 CHANNELS = 12
 """Measured columns: six displacements, four accelerations, key-phasor, load_y; as in the rows."""
-
-LANES = 16
-"""Numbers of a row of what is computed for all channels side by side; those behind mean nothing."""
 
 CROSS, GAIN, BIAS, WALK_STEP, DEVIATION, OFF_SAMPLES, RANGE, STEP, STEPS = range(9)
 """Rows of `errors`: part of the other axis; factor; bias; standard deviations of a step of the

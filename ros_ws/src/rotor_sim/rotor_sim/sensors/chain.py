@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_interfaces.constants import LANES
 from rotor_interfaces.waveform import (
     ACCELERATION_COLUMNS,
     CHANNEL_COLUMNS,
@@ -67,7 +68,7 @@ class SensorChain:
         self._imu = ImuDecimator(rate_hz, config.imu_rate_hz) if config.imu_rate_hz else None
         self._housing = matrices(config.housing, rate_hz) if config.housing.mass_kg else None
         self._housing_state = np.zeros((4, 3))
-        self._known = np.zeros((_kernels.ROWS, _plain.LANES))
+        self._known = np.zeros((_kernels.ROWS, LANES))
         groups = [config.groups[_GROUP[name]] for name in COLUMNS]
         self._lay_out_errors(groups)
         self._lay_out_filter(groups)
@@ -222,7 +223,7 @@ class SensorChain:
                 self._faults,
                 clean[:, KEYPHASOR],
             )
-        work = np.empty((len(clean), _plain.LANES))
+        work = np.empty((len(clean), LANES))
         if self._senses:
             _kernels.sense(
                 self._seed, first, self._started, self._known.ravel(), clean, angle, work.ravel()

@@ -5,6 +5,8 @@
 import math
 from typing import Any, Literal, NamedTuple
 
+from rotor_interfaces.constants import STANDARD_GRAVITY_M_S2
+
 Preset = Literal[
     'none',
     'eddy_probe',
@@ -15,7 +17,6 @@ Preset = Literal[
     'realistic',
 ]
 
-_G = 9.80665
 _RECORDER = 'chosen: recorder of 10 240 samples a second, filter at 0.4 of its rate'
 _CLOCK = 'chosen: the clock of an ordinary converter board'
 _API = 'API 670: 8 mm eddy probe'
@@ -88,7 +89,7 @@ def _accelerometers(
     entry = {
         'accelerometers.noise_density': density,
         'accelerometers.bandwidth_hz': Number(4000.0, _RECORDER),
-        'accelerometers.range': Number(50.0 * _G, 'data sheets: 50 g'),
+        'accelerometers.range': Number(50.0 * STANDARD_GRAVITY_M_S2, 'data sheets: 50 g'),
         'accelerometers.bits': bits,
         'accelerometers.jitter_s': Number(1e-7, _CLOCK),
     }
@@ -109,7 +110,7 @@ _HOUSING: Entry = {
 ICP_ACCELEROMETER: Entry = {
     **_accelerometers(
         Number(
-            6e-6 * _G,
+            6e-6 * STANDARD_GRAVITY_M_S2,
             'data sheets of 100 mV/g industrial ICP sensors: 4 to 8 ug/sqrt(Hz) above 10 Hz',
         ),
         Number(24, 'chosen: sigma-delta converter, 0.06 mm/s^2 a step'),
@@ -124,7 +125,10 @@ ICP_ACCELEROMETER: Entry = {
 
 MEMS_ACCELEROMETER: Entry = {
     **_accelerometers(
-        Number(25e-6 * _G, 'data sheet class of wide-band 50 g MEMS sensors: 25 ug/sqrt(Hz)'),
+        Number(
+            25e-6 * STANDARD_GRAVITY_M_S2,
+            'data sheet class of wide-band 50 g MEMS sensors: 25 ug/sqrt(Hz)',
+        ),
         Number(16, 'chosen: 1.5 mg a step'),
         tuple(Number(c, 'data sheet class: 1 %') for c in (0.01, -0.01, 0.01, 0.01)),
         tuple(Number(s, 'chosen within 5 %') for s in (0.02, -0.015, 0.01, -0.025)),
@@ -143,10 +147,10 @@ EDDY_KEYPHASOR: Entry = {
 }
 
 AIRFRAME_LOAD_SENSOR: Entry = {
-    'load.noise_density': Number(1e-3 * _G, 'chosen: 10 mg rms in 100 Hz'),
+    'load.noise_density': Number(1e-3 * STANDARD_GRAVITY_M_S2, 'chosen: 10 mg rms in 100 Hz'),
     'load.bias_walk': Number(1e-3, 'chosen'),
     'load.bandwidth_hz': Number(100.0, 'chosen: servo accelerometer'),
-    'load.range': Number(16.0 * _G, 'chosen: holds the 12 g of the rig'),
+    'load.range': Number(16.0 * STANDARD_GRAVITY_M_S2, 'chosen: holds the 12 g of the rig'),
     'load.bits': Number(13, '14 CFR 121 App. M asks for 0.004 g'),
     'load.load_y.bias': Number(0.1, 'chosen: 10 mg'),
     'load.load_y.scale_error': Number(0.005, 'chosen within the 1 % of 14 CFR 121 App. M'),

@@ -4,8 +4,8 @@
 
 import numpy as np
 
+from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.errors import WireError
-from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.block_columns import first_sample_of
 from vibration_monitor.clock import whole_rate

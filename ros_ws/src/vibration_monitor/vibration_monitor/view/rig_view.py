@@ -12,9 +12,9 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from rotor_interfaces import topics
+from rotor_interfaces.constants import GRAVITY_M_S2, NANOSECONDS
 from rotor_interfaces.errors import ConfigError, WireError
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.messages import NANOSECONDS
 from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode
@@ -28,7 +28,7 @@ from vibration_monitor.view.spectra import Spectra
 from vibration_monitor.view.status import Status
 from vibration_monitor.view.units import Units
 from vibration_monitor.view.viewer import ViewError
-from vibration_monitor.view.waveform import STANDARD_GRAVITY_M_S2, Waveform
+from vibration_monitor.view.waveform import Waveform
 
 LIVE_BATCH_S = 0.25
 """A viewer takes few messages a frame: many small ones leave a slow machine ever further behind."""
@@ -329,7 +329,7 @@ class RigView:
 
     def _on_load(self, offset_ns: int, message: Any) -> None:
         load = message.accel.linear
-        values = [load.y / STANDARD_GRAVITY_M_S2, load.z / STANDARD_GRAVITY_M_S2]
+        values = [load.y / GRAVITY_M_S2, load.z / GRAVITY_M_S2]
         self._curves.add(style.LOAD, offset_ns, ['n', 'lateral'], values)
 
     def _on_truth(self, offset_ns: int, message: Any) -> None:

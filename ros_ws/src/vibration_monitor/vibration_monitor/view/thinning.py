@@ -5,7 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.constants import NANOSECONDS
 
 KEPT_S = 2.0
 """Newest flight time that stays complete: several revolutions for the orbit, 0.1 s for curves."""

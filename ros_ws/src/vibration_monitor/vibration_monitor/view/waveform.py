@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from rotor_interfaces.messages import NANOSECONDS
+from rotor_interfaces.constants import GRAVITY_M_S2, NANOSECONDS
 from vibration_monitor.view import scene, style
 from vibration_monitor.view.curves import Curves
 from vibration_monitor.view.orbit import Orbit
@@ -17,8 +17,6 @@ from vibration_monitor.view.units import Units
 
 FRAME_S = 0.1
 """Orbit and load arrow are drawn this often in flight time."""
-
-STANDARD_GRAVITY_M_S2 = 9.81
 
 
 class Waveform:
@@ -117,4 +115,4 @@ def _load_factor(rows: NDArray[np.void]) -> float | None:
         return None
     mean_m_s2 = float(np.mean(rows['load_y'], dtype=np.float64))
     # rounded, or the axis of a steady flight would zoom in on what float32 leaves over
-    return round(mean_m_s2 / STANDARD_GRAVITY_M_S2, 4)
+    return round(mean_m_s2 / GRAVITY_M_S2, 4)
