@@ -124,6 +124,7 @@ def main() -> int:
     parser.add_argument('--quick', action='store_true', help='everything small')
     parser.add_argument('--out', type=Path, default=Path('reliability.json'))
     parser.add_argument('--page', action='store_true', help='write the page of the docs, no more')
+    parser.add_argument('--inputs', type=int, default=100_000, help='of each kind of fuzz')
     asked = parser.parse_args()
     if unknown := set(asked.parts) - set(PARTS):
         parser.error(f'{unknown.pop()} is no part; known: {", ".join(PARTS)}')
@@ -139,7 +140,8 @@ def main() -> int:
             began = time.monotonic()
             result: dict[str, Any] = {'broken': ''}
             try:
-                result['figures'] = PARTS[name].run(Path(folder), quick=asked.quick)
+                extra = {'inputs': asked.inputs} if name.startswith('fuzz_') else {}
+                result['figures'] = PARTS[name].run(Path(folder), quick=asked.quick, **extra)
             except flights.BrokenPromise as broken:
                 result |= {'broken': str(broken), 'figures': broken.figures}
             except Exception:  # noqa: BLE001 - a part that fails must not end the others
