@@ -234,10 +234,11 @@ def fuzz(kind: str, folder: Path, *, quick: bool, inputs: int = 100_000) -> dict
     count = 300 if quick else inputs
     found: dict[str, Any] = {}
     for first in range(0, count, SLICE):
+        size = min(count - first, SLICE)
         file = folder / f'{first}.json'
         done = subprocess.run(
             [sys.executable, '-W', 'ignore', str(ROOT / 'benchmarks/fuzz.py'), kind,
-             '--first', str(first), '--inputs', str(min(count - first, SLICE)), '--json', str(file)],
+             '--first', str(first), '--inputs', str(size), '--json', str(file)],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         hold(done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:])
