@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """docs/reliability.md, written from the figures in docs/reliability.json."""
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,8 +13,10 @@ HEAD = """# What the rig promises, and what was measured
 Its quick half, `--quick`, is part of CI. On your machine,
 `python benchmarks/reliability.py kills signals --out mine.json` gives the figures of these two.
 
-Measured on {machines}. Each part says how long it took, and its load: how many processes wanted one
-of the two cores in its last 15 minutes. Times are those of a busy machine.
+Measured on {machines}.
+Each part says how long it took, and its load: how many processes wanted one of the two cores in its
+last 15 minutes. Times are those of a busy machine. "File closed" is a recording with its index and
+metadata, "file readable" one that its recorder could not finish.
 """
 
 TAIL = """
@@ -32,7 +35,8 @@ TAIL = """
 
 def page(results: Mapping[str, Any], parts: Mapping[str, Any]) -> str:
     """Return the page; a part without figures is said not to have been run."""
-    machines = sorted({result['machine'] for result in results.values()})
+    found = {result['machine'] for result in results.values()}
+    machines = sorted(re.sub(r'one core of (\d+)', r'\1 cores', each) for each in found)
     lines = [HEAD.format(machines='; '.join(machines))]
     for name, part in parts.items():
         lines += [f'\n## {part.title}\n', part.promise, '']
@@ -44,17 +48,23 @@ def _part(name: str, result: Mapping[str, Any]) -> Iterator[str]:
     held = f'**Did not hold:** {result["broken"]}.' if result['broken'] else 'It held.'
     minutes = max(round(result['seconds'] / 60), 1)
     yield f'{held} (`{name}`, {minutes} min, load {result["load"]})'
-    rows = list(_rows(result.get('figures', {})))
-    if rows:
-        yield from ('', '| figure | measured |', '| --- | --- |', *rows)
-
-
-def _rows(figures: Mapping[str, Any]) -> Iterator[str]:
-    for what, value in figures.items():
-        if isinstance(value, Mapping):  # of processes and signals
-            for process, outcomes in value.items():
-                text = '; '.join(f'{signal}: {outcome}' for signal, outcome in outcomes.items())
-                yield f'| {process} | {text} |'
-        else:
+    figures = result.get('figures', {})
+    plain = {what: value for what, value in figures.items() if not isinstance(value, Mapping)}
+    if plain:
+        yield from ('', '| figure | measured |', '| --- | --- |')
+        for what, value in plain.items():
             text = ', '.join(map(str, value)) if isinstance(value, list) else str(value)
             yield f'| {what} | {text or "nothing"} |'
+    for value in figures.values():
+        if isinstance(value, Mapping):
+            yield from ('', *_table(value))
+
+
+def _table(outcomes: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    """Yield the table of what became of the run, by signal and process."""
+    signals = list(dict.fromkeys(signal for found in outcomes.values() for signal in found))
+    yield f'| sent to | {" | ".join(signals)} |'
+    yield f'| --- {"| --- " * len(signals)}|'
+    for process, found in outcomes.items():
+        cells = [found.get(signal, '-') for signal in signals]
+        yield f'| {process} | {" | ".join(cells)} |'
