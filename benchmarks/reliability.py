@@ -106,8 +106,9 @@ PARTS = {
     ),
     'hour': Part(
         'An hour at rate 1',
-        'In an hour of wall time nothing is lost, and no process takes more memory, files or '
-        'threads; the commands that read the recording take at most 300 MiB.',
+        'In an hour of wall time nothing is lost, no process takes more files or threads, and '
+        'none more than 24 MiB of further memory; the commands that read the recording take at '
+        'most 300 MiB.',
         flights.hour,
     ),
 }
