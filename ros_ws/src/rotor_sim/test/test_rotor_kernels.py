@@ -291,6 +291,7 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
 ASSEMBLY = """
 import sys
 import numpy as np
+from rotor_interfaces.constants import LANES
 from rotor_sim import RotorParameters, _kernels
 p = RotorParameters.hou2016()
 n = LANES
