@@ -254,6 +254,7 @@ class RigView:
         offsets = np.concatenate([self._offsets(block) for block in self._blocks])
         rows = np.concatenate([block.rows for block in self._blocks])
         self._blocks = []
+        self._release(int(offsets[0]))  # what is told of this time is drawn with it
         self._waveform.add(offsets, rows)
         self._release(int(offsets[-1]))
         if offsets[-1] >= self._curves_due_ns:
