@@ -4,15 +4,18 @@
 
 import itertools
 import os
-import random
 import socket
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, Self
 
 import psutil  # type: ignore[import-untyped]
+
+from rotor_interfaces.topics import Topic
 
 CLI = [sys.executable, '-m', 'rotor_bringup']
 NODES = {
@@ -73,6 +76,12 @@ class LiveFlight:
             stdout=self._said,
             stderr=self._said,
         )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def wait_until_recording(self, seconds: float = 2.0) -> Path:
         """Return the file being written once it holds about `seconds` of the run.
@@ -143,6 +152,10 @@ def running(pids: dict[str, int]) -> list[str]:
         time.sleep(0.1)
 
 
-def some_time(shortest_s: float, longest_s: float) -> float:
-    """Return a random time, so that what happens then meets the run anywhere."""
-    return random.uniform(shortest_s, longest_s)
+def hidden_topic(node: Any, topic: Topic) -> Topic | None:
+    """Return the topic on which the nodes of the one run there talk among themselves."""
+    ending = f'/{topic.name.lstrip("/")}'
+    for name, _ in node.get_topic_names_and_types():
+        if name.startswith('/_run_') and name.endswith(ending):
+            return replace(topic, name=name)
+    return None

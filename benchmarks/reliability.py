@@ -54,8 +54,9 @@ FUZZED = {
 PARTS = {
     'kills': Part(
         'Kill -9 of the recorder',
-        'A recording survives the death of its recorder: it loses at most the last half second, '
-        'has no hole, is read as it is, and `rotor-rig recover` makes a whole file of it.',
+        'A recording survives the death of its recorder: it loses at most the last quarter second '
+        'and one block, has no hole, is read as it is, and `rotor-rig recover` makes a whole file '
+        'of it.',
         flights.kills,
     ),
     'signals': Part(

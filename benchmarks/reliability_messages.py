@@ -11,14 +11,13 @@ import sys
 import threading
 import time
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import rclpy
 from fuzz_blocks import ROWS, hostile_bytes, sane_block
-from live_flight import LiveFlight, private_environment
+from live_flight import LiveFlight, hidden_topic, private_environment
 from numpy.random import Generator, default_rng
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.experimental.events_executor import EventsExecutor
@@ -58,12 +57,8 @@ class Rogue:
         return self._outputs[topic]
 
     def hidden(self, topic: Topic) -> Topic | None:
-        """Return the topic on which the nodes of the one run there talk among themselves."""
-        ending = f'/{topic.name.lstrip("/")}'
-        for name, _ in self._node.get_topic_names_and_types():
-            if name.startswith('/_run_') and name.endswith(ending):
-                return replace(topic, name=name)
-        return None
+        """Return the topic of the run itself, None before there is one."""
+        return hidden_topic(self._node, topic)
 
     def listen(self) -> None:
         """Count indicators, and keep what the monitor says that it refused."""

@@ -9,13 +9,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from live_flight import CLI
+from live_flight import CLI, hidden_topic
 
 from rig_support import Rig, recorded
 from rotor_bringup.scenario import load_scenario
@@ -188,12 +188,7 @@ class Stranger:
         rclpy.shutdown(context=self._context)
 
     def hidden(self, topic: Topic) -> Topic | None:
-        """Return the topic on which the nodes of the one run there talk among themselves."""
-        ending = f'/{topic.name.lstrip("/")}'
-        for name, _ in self._node.get_topic_names_and_types():
-            if name.startswith('/_run_') and name.endswith(ending):
-                return replace(topic, name=name)
-        return None
+        return hidden_topic(self._node, topic)
 
 
 @pytest.fixture
