@@ -7,6 +7,7 @@ import copy
 import io
 import json
 import math
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -185,9 +186,17 @@ class Recordings:
             lambda: command('scenario', 'show', path),
             lambda: command('baseline', path, '--json'),
             lambda: command('verify', path, wanted=(0, 1, 2)),
+            lambda: self._recover(path),
             lambda: _plan_replay(Path(path), float(rng.choice([0.0, 0.05, 1e9]))),
         )
         ways[rng.integers(len(ways))]()
+
+    def _recover(self, path: str) -> None:
+        out = Path(self._folder.name) / 'recovered'
+        shutil.rmtree(out, ignore_errors=True)
+        command('recover', path, '--out', str(out), wanted=(0, 1, 2))
+        if out.exists():
+            command('verify', str(out), wanted=(0, 1))
 
     def _recording(self, rng: Generator) -> bytes:
         out = io.BytesIO()
