@@ -23,16 +23,17 @@ from vibration_monitor.recording import RecordingWriter
 from vibration_monitor.view import RigView, blueprint, style
 from vibration_monitor.view.indicators import limits_path, value_path
 from vibration_monitor.view.offline import convert
+from vibration_monitor.view.rig_view import LIVE_BATCH_S
 from view_flight import EPOCH_NS, RATE_HZ, Outgoing
 from view_rows import Logged, curve, lines, logged
 
 Shown = tuple[dict[str, Logged], blueprint.Page]
 
 
-def show(folder: Path, outgoing: Iterable[Outgoing]) -> Shown:
+def show(folder: Path, outgoing: Iterable[Outgoing], batch_s: float = LIVE_BATCH_S) -> Shown:
     """Return what a view has logged of these messages, and its page."""
     file = folder / 'view.rrd'
-    view = RigView(lambda stream: stream.save(file))
+    view = RigView(lambda stream: stream.save(file), batch_s=batch_s)
     for topic, stamp_ns, message in outgoing:
         view.push(topic, stamp_ns, message)
     view.flush()
@@ -140,6 +141,13 @@ def test_what_cannot_be_judged_is_never_green() -> None:
     red, green, blue = colours['STALE']
     assert not green > 1.1 * max(red, blue)
     assert len(set(colours.values())) == len(colours)
+
+
+def test_the_crack_is_told_in_a_flight_shorter_than_a_batch(tmp_path: Path) -> None:
+    found, _ = show(tmp_path, view_flight.flight(1.0), batch_s=10.0)
+    _, labels = found['/rig/text Points3D:labels']
+    assert labels
+    assert all(label.endswith('crack K = 0.1') for (label,) in labels)
 
 
 def test_a_load_that_is_not_known_is_no_number(tmp_path: Path) -> None:
