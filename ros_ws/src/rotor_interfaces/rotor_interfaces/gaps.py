@@ -163,36 +163,38 @@ class SampleContinuity:
 
 @dataclass
 class FirstSource:
-    """Holds on to the source that was heard first, where a node belongs to no run.
+    """Holds on to the source that was heard first.
 
     While one source publishes, every block is its own, also after a jump: a replay that loops, a
     rig started again. While several do, a block must follow the newest one that was accepted: a
-    later sample, at the time at which this sample is due, to half a block. `other_blocks` counts
-    those that do not.
+    later sample, at the time at which this sample is due by the step of that block, to half a
+    block. Of blocks of one sample, the stamps of the accepted ones tell the step; while they do
+    not, the next sample is taken. `other_blocks` counts those that are not accepted.
     """
 
     other_blocks: int = 0
-    _newest: tuple[int, int, int] | None = None  # stamp in ns, first sample, samples
+    _newest: _Place | None = None
 
-    def accepts(
-        self, stamp_ns: int, first_sample: int, count: int, *, step_s: float, is_alone: bool
-    ) -> bool:
+    def accepts(self, first_sample: int, count: int, time: BlockTime, *, is_alone: bool) -> bool:
         """Say whether a block is of the first source.
 
         Args:
-            stamp_ns: time of the first sample, ns.
-            first_sample: its absolute index.
+            first_sample: absolute index of its first sample.
             count: number of samples.
-            step_s: time from one sample to the next, s; NaN where the block does not say.
+            time: when it begins.
             is_alone: whether only one source publishes.
 
         """
-        if not is_alone and self._newest is not None:
-            newest_ns, newest_sample, newest_count = self._newest
-            passed = first_sample - newest_sample
-            late_s = (stamp_ns - newest_ns) * 1e-9 - passed * step_s
-            if passed < newest_count or not abs(late_s) <= 0.5 * count * step_s:
+        block, newest = _Place(first_sample, count, time), self._newest
+        if newest is not None:
+            is_next = first_sample == newest.next_sample
+            if is_next and math.isnan(newest.time.step_s):
+                newest = newest.with_step(block.since_s(newest) / newest.count)
+            follows = first_sample >= newest.next_sample and block.is_due(newest, first_sample)
+            if not (is_alone or follows):
                 self.other_blocks += 1
                 return False
-        self._newest = (stamp_ns, first_sample, count)
+            if math.isnan(time.step_s) and (follows or is_next):
+                block = block.with_step(newest.time.step_s)
+        self._newest = block
         return True

@@ -7,7 +7,7 @@ import math
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rotor_interfaces.gaps import FirstSource
+from rotor_interfaces.gaps import BlockTime, FirstSource
 from rotor_interfaces.messages import sample_stamp_ns
 
 RATE_HZ = 10_240
@@ -18,7 +18,8 @@ HALF_BLOCK_NS = COUNT * 10**9 // RATE_HZ // 2
 def accepts(source: FirstSource, epoch_ns: int, block: int, *, is_alone: bool = False) -> bool:
     first = block * COUNT
     stamp_ns = sample_stamp_ns(epoch_ns, first, RATE_HZ)
-    return source.accepts(stamp_ns, first, COUNT, step_s=1.0 / RATE_HZ, is_alone=is_alone)
+    time = BlockTime(stamp_ns, 0.0, 1.0 / RATE_HZ)
+    return source.accepts(first, COUNT, time, is_alone=is_alone)
 
 
 epochs = st.integers(10**18, 2 * 10**18)
@@ -68,8 +69,28 @@ def test_a_repeated_block_is_not_accepted_from_two_sources() -> None:
     assert not accepts(source, 10**18, 3)
 
 
-def test_blocks_that_do_not_tell_their_step_cannot_be_told_apart() -> None:
+@given(st.lists(st.booleans(), min_size=1, max_size=40), st.integers(2, 10**9))
+def test_of_blocks_of_one_sample_the_stamps_tell_the_step(order: list[bool], shift_ns: int) -> None:
+    """As in a run, which is never alone: its blocks may be as short as that."""
+    source, step_ns, sent = FirstSource(), 1000, 2
+
+    def one(number: int, stamp_ns: int) -> bool:
+        time = BlockTime(stamp_ns, 0.0, math.nan)
+        return source.accepts(number, 1, time, is_alone=False)
+
+    assert one(0, 10**18)
+    assert one(1, 10**18 + step_ns)
+    for is_first in order:
+        stamp_ns = 10**18 + sent * step_ns
+        assert one(sent, stamp_ns if is_first else stamp_ns + step_ns + shift_ns) == is_first
+        sent += is_first
+    assert source.other_blocks == order.count(False)
+
+
+@given(step_s=st.floats(1e-9, 1e9), count=st.integers(1, 65_536))
+def test_a_block_does_not_say_itself_when_it_is_due(step_s: float, count: int) -> None:
+    """However far apart its samples are: the step of the newest block counts."""
     source = FirstSource()
-    assert source.accepts(0, 0, 1, step_s=math.nan, is_alone=False)
-    assert not source.accepts(10**5, 1, 1, step_s=math.nan, is_alone=False)
-    assert source.accepts(10**5, 1, 1, step_s=math.nan, is_alone=True)
+    assert accepts(source, 10**18, 0)
+    late = BlockTime(10**18 + 10**11, 0.0, step_s)
+    assert not source.accepts(COUNT, count, late, is_alone=False)

@@ -72,14 +72,10 @@ class MonitorNode(Node):  # type: ignore[misc]
         stamp_ns = messages.stamp_ns(message)
         try:
             block = decode(message)
-            if not self._first_source.accepts(
-                stamp_ns,
-                block.first_sample,
-                len(block.rows),
-                step_s=block.step_s,
-                # a run has one simulator, of which every block follows the one before
-                is_alone=not self._run.run_id and self._source.get_publisher_count() <= 1,
-            ):
+            # a run has one simulator, of which every block follows the one before
+            is_alone = not self._run.run_id and self._source.get_publisher_count() <= 1
+            first, count = block.first_sample, len(block.rows)
+            if not self._first_source.accepts(first, count, block.time, is_alone=is_alone):
                 return
             records = self._monitor.push(block)
         except WireError as error:

@@ -158,7 +158,7 @@ class RecordingStream:
         """
         stamp_ns = raw_stamp_ns(topic, data)
         if topic is topics.WAVEFORM:
-            if not self._check(stamp_ns, data, is_alone=is_alone):
+            if not self._check(data, is_alone=is_alone):
                 return 0
         elif topic is topics.CONFIG and not self._keep_config(data, is_alone=is_alone):
             return 0
@@ -213,14 +213,12 @@ class RecordingStream:
         for topic, data, publish_time_ns in waiting:
             self._write(topic, data, publish_time_ns)
 
-    def _check(self, stamp_ns: int, data: bytes, *, is_alone: bool) -> bool:
+    def _check(self, data: bytes, *, is_alone: bool) -> bool:
         """Take the sample index of a block; say no where it comes from another source."""
         try:
             first, count = self._index.read(data)
             time = self._index.time
-            is_ours = self._first_source.accepts(
-                stamp_ns, first, count, step_s=time.step_s, is_alone=is_alone
-            )
+            is_ours = self._first_source.accepts(first, count, time, is_alone=is_alone)
             if is_ours:
                 self.continuity.check(first, count, time)
         except WireError:
