@@ -116,6 +116,15 @@ def test_what_is_no_bag_ends_in_a_sentence(bag: Path, queries: tuple[str, ...]) 
         Recording(bag)
 
 
+def test_a_list_of_tables_that_is_no_text_ends_in_a_sentence(bag: Path) -> None:
+    data = bag.read_bytes()
+    spoilt = data.replace(b'CREATE TABLE', b'CREATE \x99ABLE')
+    assert spoilt != data
+    bag.write_bytes(spoilt)
+    with pytest.raises(RecordingInputError, match='its list of tables is damaged'):
+        Db3File(bag)
+
+
 def test_a_column_that_makes_up_gigabytes_ends_in_a_sentence(bag: Path) -> None:
     change(
         bag,

@@ -75,8 +75,11 @@ class Db3File:
         with contextlib.closing(sqlite3.connect(uri, uri=True)) as bag:
             bag.text_factory = _text
             bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_BYTES)
-            bag.execute('PRAGMA trusted_schema = OFF')
-            yield bag
+            try:
+                bag.execute('PRAGMA trusted_schema = OFF')
+                yield bag
+            except UnicodeDecodeError:  # of the words in which SQLite tells what is wrong
+                raise sqlite3.DatabaseError('its list of tables is damaged') from None
 
     def _read_topics(self, bag: sqlite3.Connection) -> None:
         """Take the topics and, where the bag has them, the definitions of their types."""
