@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(
 def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Path) -> None:
     done = rig(
         'evaluate', 'topic:my/score', 'zones', '--node-command', f'{sys.executable} {NODE}',
-        '--suite', small_suite, '--limit', 1, '--out', tmp_path, '--json',
+        '--rate', 4, '--suite', small_suite, '--limit', 1, '--out', tmp_path, '--json',
     )  # fmt: skip
     assert done.code == 0, done.err
     content = evaluation(tmp_path)
@@ -168,6 +168,7 @@ def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Pa
         # six digits are kept; the last 0.2 s may be spoken about or not when the flight ends
         assert outcome['score'] == pytest.approx(np.abs(blocks).max() / 1e-5, rel=1e-5)
         assert outcome['failure'] == ''
+        # a word counts from when it was heard: at four times real time, 0.25 s late is 1 s
         assert outcome['judged_s'] > 9.0
         assert result['outcomes']['zones']['failure'] == ''
 
