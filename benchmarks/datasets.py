@@ -22,11 +22,12 @@ import numpy as np
 import report
 from rich.console import Console
 
-from rotor_bringup.dataset.suite import plan_suite
-from rotor_bringup.dataset.write import write_flights
-from rotor_bringup.scenario import versions
-from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator, fleet
-from rotor_sim.integration import integrate
+from rotor_bench.dataset.suite import plan_suite
+from rotor_bench.dataset.write import write_flights
+from rotor_common.versions import versions
+from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
+from rotor_sim.plant.integration import integrate
+from rotor_sim.stream import fleet
 
 ROUNDS = 15
 FILE_ROUNDS = 3

@@ -5,7 +5,7 @@
 
 Dimensionless: lengths over the static deflection, time tau = speed times time. The form suits a
 computer best: one root for two opposite balls, no atan2. `peers.py` holds it against
-`rotor_sim.model` before anything is timed.
+`rotor_sim.plant.model` before anything is timed.
 """
 
 import math
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_sim.parameters import RotorParameters
+from rotor_sim.plant.parameters import RotorParameters
 
 Array = NDArray[np.float64]
 

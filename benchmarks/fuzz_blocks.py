@@ -11,9 +11,9 @@ import rerun as rr
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from rotor_common.constants import NANOSECONDS
+from rotor_common.errors import WireError
 from rotor_interfaces import topics
-from rotor_interfaces.constants import NANOSECONDS
-from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import OFFLINE, from_cdr, stamp, stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import (
@@ -24,12 +24,12 @@ from rotor_interfaces.waveform import (
     decode,
     encode,
 )
-from vibration_monitor.config import MonitorConfig
+from rotor_recording.reading import UNDECODABLE
+from rotor_recording.recording_stream import RecordingStream
+from rotor_view.rig_view import RigView
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import MAX_INVALID_RECORDS, VibrationMonitor
-from vibration_monitor.reading import UNDECODABLE
-from vibration_monitor.recording_stream import RecordingStream
-from vibration_monitor.view.rig_view import RigView
+from vibration_monitor.monitor_config import MonitorConfig
 
 RATE_HZ = 10_240
 ROWS = 512

@@ -20,16 +20,16 @@ from mcap.writer import CompressionType, Writer
 from numpy.random import Generator, default_rng
 
 from rotor_bringup.cli import app
-from rotor_bringup.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_common.errors import RigError
+from rotor_common.plain_data import dump_yaml
 from rotor_interfaces import messages, topics
-from rotor_interfaces.errors import RigError
 from rotor_interfaces.messages import OFFLINE, to_cdr
-from rotor_interfaces.plain_data import dump_yaml
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import encode
-from vibration_monitor.reading import CONFIG_RECORD, Recording, config_record
-from vibration_monitor.recording import qos_profiles
-from vibration_monitor.replay import begin_ns, latched_before, offer_of, selected, timed
+from rotor_recording.reading import CONFIG_RECORD, Recording, config_record
+from rotor_recording.recording import qos_profiles
+from rotor_recording.replay import begin_ns, latched_before, offer_of, selected, timed
+from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
 
 BLOCKS = 6
 VALUES: tuple[Any, ...] = (

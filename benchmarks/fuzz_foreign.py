@@ -22,9 +22,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from scipy.io import loadmat, savemat
 
-from rotor_bringup.importing import matlab
 from rotor_interfaces.messages import typestore
 from rotor_interfaces.topics import Topic
+from rotor_recording.importing import matlab
 
 CHANNELS = ('brg1_ay', 'brg1_az', 'disk_y', 'brg2_ay')
 COLUMNS = ('1', '2', 'acc', 'time', 'bearing.gs', 'x[:,2]', 'x[2,:]', 'x', 's[2].x', 'words', '')

@@ -27,9 +27,9 @@ from c_peer import BALLS_MAX, FLAGS, Rotor, c_compiler, c_library
 from rich.console import Console
 from rich.table import Table
 
+from rotor_dynamics import Ensemble, OperatingPoint
+from rotor_dynamics.ensemble import fixed_start
 from rotor_sim import RotorParameters
-from rotor_sim.analysis import Ensemble, OperatingPoint
-from rotor_sim.analysis.ensemble import fixed_start
 
 PAIRS = 5
 STEPS = 256

@@ -22,7 +22,7 @@ NODES = {
     'rotor_sim': 'rotor_sim.node',
     'maneuver_gen': 'maneuver_gen.node',
     'vibration_monitor': 'vibration_monitor.node',
-    'recorder': 'vibration_monitor.recorder_node',
+    'recorder': 'rotor_recording.recorder_node',
 }
 _domains = itertools.count(os.getpid())
 BYTES_A_SECOND = 700_000

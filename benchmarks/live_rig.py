@@ -22,7 +22,7 @@ from rich.table import Table
 from rotor_interfaces import topics
 from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import RecordedMessage, Recording
+from rotor_recording.reading import RecordedMessage, Recording
 
 SCENARIO = 'climb_dive'
 

@@ -31,10 +31,10 @@ from equations import (
     growth,
 )
 
-from rotor_interfaces.constants import GRAVITY_M_S2
-from rotor_sim.analysis import Ensemble, OperatingPoint, lyapunov_exponent, orbit_diagram
-from rotor_sim.model import ball_angles
-from rotor_sim.parameters import RotorParameters
+from rotor_common.constants import GRAVITY_M_S2
+from rotor_dynamics import Ensemble, OperatingPoint, lyapunov_exponent, orbit_diagram
+from rotor_sim.plant.model import ball_angles
+from rotor_sim.plant.parameters import RotorParameters
 
 Orbit = Callable[[], Array]
 Exponent = Callable[[], float]

@@ -18,11 +18,11 @@ import numpy as np
 import psutil  # type: ignore[import-untyped]
 from live_flight import CLI, NODES, LiveFlight, private_environment, running
 
+from rotor_common.exit_code import ExitCode
 from rotor_interfaces import topics
-from rotor_interfaces.exit_code import ExitCode
-from vibration_monitor.reading import Recording, waveform_blocks
-from vibration_monitor.recovery import recover
-from vibration_monitor.verification import is_good, verify
+from rotor_recording.reading import Recording, waveform_blocks
+from rotor_recording.recovery import recover
+from rotor_recording.verification import is_good, verify
 
 MIB = 2**20
 MOST_GROWTH_MIB = 24.0

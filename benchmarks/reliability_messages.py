@@ -23,12 +23,12 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.experimental.events_executor import EventsExecutor
 from reliability_flights import hold, simulated
 
+from rotor_common.exit_code import ExitCode
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.exit_code import ExitCode
 from rotor_interfaces.messages import OFFLINE, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import encode
-from vibration_monitor.reading import Recording, waveform_blocks
+from rotor_recording.reading import Recording, waveform_blocks
 
 ROOT = Path(__file__).resolve().parent.parent
 SEED = 20_261_130
@@ -91,7 +91,7 @@ def rogue_blocks(folder: Path, *, quick: bool) -> dict[str, Any]:
     """Let a hostile source feed a monitor and a recorder that run alone."""
     count = 400 if quick else 20_000
     environment = private_environment(folder / 'log')
-    recorder = ['vibration_monitor.recorder_node', '--ros-args', '-p', f'path:={folder / "bag"}']
+    recorder = ['rotor_recording.recorder_node', '--ros-args', '-p', f'path:={folder / "bag"}']
     commands = {'vibration_monitor': ['vibration_monitor.node'], 'recorder': recorder}
     nodes = {
         name: subprocess.Popen([sys.executable, '-m', *words], env=environment,
@@ -247,7 +247,7 @@ def cheats(folder: Path, *, quick: bool) -> dict[str, Any]:
     """Evaluate the detectors that cheat; each must fail in its own way."""
     report = folder / 'cheats.xml'
     chosen = ['-k', 'dated or nothing_is_found'] if quick else []
-    test = ROOT / 'ros_ws/src/rotor_bringup/test/test_evaluation_cheats.py'
+    test = ROOT / 'ros_ws/src/rotor_bench/test/test_evaluation_cheats.py'
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '-q', f'--junitxml={report}', str(test), *chosen],
         cwd=ROOT, capture_output=True, text=True, check=False,

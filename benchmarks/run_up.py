@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from rich.console import Console
 from scipy.integrate import solve_ivp
 
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
-from rotor_sim.model import Drive, derivative
-from rotor_sim.parameters import VARIANTS
+from rotor_sim.plant.model import Drive, derivative
+from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]
 

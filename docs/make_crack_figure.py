@@ -16,9 +16,9 @@ from make_detectability_map import fly, scenario
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack_model import PROBES, CrackWindow, equivalent_loads
 from vibration_monitor.monitor import VibrationMonitor
+from vibration_monitor.monitor_config import MonitorConfig
 
 SPEED_RAD_S, PEAK = 352.0, 5.0
 FLIGHTS = {

@@ -23,11 +23,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from maneuver_gen.load_grid import load_grid
-from rotor_bringup.scenario import Scenario
 from rotor_interfaces.waveform import WaveformBlock
-from rotor_sim import fleet
-from rotor_sim.load_grid import LoadGrid
-from rotor_sim.simulator import RotorSimulator
+from rotor_rig.scenario import Scenario
+from rotor_sim.stream import fleet
+from rotor_sim.stream.load_grid import LoadGrid
+from rotor_sim.stream.simulator import RotorSimulator
 from vibration_monitor.detectors.baseline import BaselineDetector
 
 SPEEDS_RAD_S = np.array([*range(200, 460, 40), *range(460, 641, 20)], float)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from maneuver_gen import flight_path_angle, load_grid, parse_maneuver
 from maneuver_gen.config import ClimbDive
 from maneuver_gen.profiles import FloatArray
-from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
+from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 
 DEFAULT_FILE = Path(__file__).parent / 'images' / 'manoeuvres.png'
 BLUE, ORANGE, GREEN, PURPLE = '#0072b2', '#d55e00', '#009e73', '#7b3f99'

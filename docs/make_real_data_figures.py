@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
-from rotor_bringup.importing.convert import ImportPlan, convert
+from rotor_recording.importing.convert import ImportPlan, convert
 from vibration_monitor import IndicatorRecord, MonitorConfig, VibrationMonitor
 from vibration_monitor.envelope import EnvelopeSpectrum, envelope_spectrum
 from vibration_monitor.spectrum import weighted

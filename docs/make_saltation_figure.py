@@ -16,11 +16,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rotor_dynamics import Ensemble, OperatingPoint
+from rotor_dynamics.lyapunov import estimate
+from rotor_dynamics.motion import zero_one_test
+from rotor_dynamics.surveys import tangent_growth
 from rotor_sim import RotorParameters
-from rotor_sim.analysis import Ensemble, OperatingPoint
-from rotor_sim.analysis.lyapunov import estimate
-from rotor_sim.analysis.motion import zero_one_test
-from rotor_sim.analysis.surveys import tangent_growth
 
 CRACKS = (0.1875, 0.2, 0.2125, 0.225)
 STEPS = (256, 512, 1024, 2048, 4096)

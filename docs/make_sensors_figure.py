@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
-from rotor_sim.simulator import SimulatedBlock
+from rotor_sim.stream.simulator import SimulatedBlock
 
 RATE_HZ, SECONDS = 10_240, 20
 

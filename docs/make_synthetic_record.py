@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from maneuver_gen import load_grid, parse_maneuver
-from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
+from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 
 FLIGHTS = Path(__file__).parent.parent / 'ros_ws/src/maneuver_gen/maneuver_gen/flights'
 DEFAULT_FILE = FLIGHTS / 'synthetic_record.csv'

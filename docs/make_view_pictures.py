@@ -18,10 +18,10 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 from rerun.chunk import RrdReader
 
-from rotor_bringup.importing.convert import ImportPlan, convert, write
-from rotor_bringup.pipeline import record
-from rotor_bringup.scenario import load_scenario
-from vibration_monitor.view import style, view_recording
+from rotor_recording.importing.convert import ImportPlan, convert, write
+from rotor_rig.pipeline import record
+from rotor_rig.scenario import load_scenario
+from rotor_view import style, view_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / 'docs' / 'images'

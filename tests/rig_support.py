@@ -10,7 +10,7 @@ from typing import Any
 
 from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import Recording
+from rotor_recording.reading import Recording
 
 
 @dataclass(frozen=True)

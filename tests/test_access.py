@@ -17,7 +17,7 @@ import yaml
 from live_flight import CLI, private_environment
 
 from rotor_interfaces import access
-from vibration_monitor.view import viewer
+from rotor_view import viewer
 
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'

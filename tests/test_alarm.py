@@ -11,7 +11,7 @@ import pytest
 from rig_support import LiveRuns, recorded
 from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
-from vibration_monitor.reading import Recording
+from rotor_recording.reading import Recording
 
 pytestmark = pytest.mark.real_time
 

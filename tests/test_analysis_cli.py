@@ -19,14 +19,13 @@ from live_flight import CLI
 from pyarrow import parquet
 from typer.testing import CliRunner
 
-import rotor_sim.analysis
+import rotor_dynamics
 from rig_support import Rig
-from rotor_bringup import analysis_runs
 from rotor_bringup.cli import app
-from rotor_interfaces.exit_code import ExitCode
-from rotor_sim.analysis import Plan, survey, sweep
-from rotor_sim.analysis.ensemble import Ensemble, OperatingPoint
-from rotor_sim.parameters import RotorParameters
+from rotor_common.exit_code import ExitCode
+from rotor_dynamics import Plan, survey, sweep, sweep_runs
+from rotor_dynamics.ensemble import Ensemble, OperatingPoint
+from rotor_sim.plant.parameters import RotorParameters
 
 Command = Callable[..., tuple[int, str]]
 
@@ -328,7 +327,7 @@ def test_bad_arguments_are_one_sentence_before_anything_is_computed(
     (tmp_path / 'folder.png').mkdir()
     (tmp_path / 'file.txt').write_text('')
     for name in ('survey', 'lyapunov_exponent', 'poincare_section', 'continuation'):
-        monkeypatch.setattr(analysis_runs, name, lambda *_, **__: pytest.fail('it computed'))
+        monkeypatch.setattr(sweep_runs, name, lambda *_, **__: pytest.fail('it computed'))
     code, said = command(*arguments.split())
     assert code == 2, said
     errors = [line for line in said.splitlines() if line.startswith('error: ')]
@@ -485,7 +484,7 @@ def test_every_command_and_function_is_documented() -> None:
         *('orbit_diagram', 'waterfall', 'lyapunov_exponent', 'poincare_section'),
         *('parameter_map', 'survey'),
     ):
-        assert name in rotor_sim.analysis.__all__
+        assert name in rotor_dynamics.__all__
         assert name in page
 
 

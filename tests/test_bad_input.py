@@ -320,8 +320,8 @@ PARAMETERS: dict[str, tuple[str, list[str], list[str]]] = {
         ['crack_stiffness_ratio', '0 to 0.5'],
     ),
     'hop of nothing': ('vibration_monitor.node', ['hop_revolutions:=0'], ['hop_revolutions']),
-    'no folder': ('vibration_monitor.recorder_node', [], ['path is empty']),
-    'folder is a number': ('vibration_monitor.recorder_node', ['path:=3'], ['path = 3', 'str']),
+    'no folder': ('rotor_recording.recorder_node', [], ['path is empty']),
+    'folder is a number': ('rotor_recording.recorder_node', ['path:=3'], ['path = 3', 'str']),
 }
 
 

@@ -12,8 +12,8 @@ import yaml
 from typer.testing import CliRunner
 
 from rotor_bringup.cli import app
-from rotor_bringup.pipeline import record, simulate
-from rotor_bringup.scenario import Scenario, load_scenario
+from rotor_rig.pipeline import record, simulate
+from rotor_rig.scenario import Scenario, load_scenario
 
 DESIGN_RAD_S = math.sqrt(2 * 2.5e7 / 32.1)
 FLIGHT: dict[str, Any] = {

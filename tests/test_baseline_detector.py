@@ -12,14 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 from maneuver_gen.load_grid import load_grid
-from rotor_bringup.scenario import Scenario
 from rotor_interfaces.waveform import WaveformBlock
-from rotor_sim.load_grid import LoadGrid
-from rotor_sim.simulator import RotorSimulator
-from vibration_monitor.config import MonitorConfig
+from rotor_rig.scenario import Scenario
+from rotor_sim.stream.load_grid import LoadGrid
+from rotor_sim.stream.simulator import RotorSimulator
 from vibration_monitor.crack_model import CrackConfig
 from vibration_monitor.detectors.baseline import BaselineDetector, baseline_of
 from vibration_monitor.monitor import VibrationMonitor
+from vibration_monitor.monitor_config import MonitorConfig
 
 Rows = NDArray[np.void]
 PULLS = {'profile': 'sinusoid', 'mean': 2.5, 'amplitude': 1.5, 'frequency_hz': 0.2}

@@ -13,12 +13,12 @@ import pytest
 import yaml
 
 from rig_support import LiveRuns, Rig, recorded
-from rotor_bringup.pipeline import simulate
-from rotor_bringup.scenario import load_scenario
 from rotor_interfaces import topics
-from vibration_monitor.config import MonitorConfig
+from rotor_recording.reading import Recording, waveform_blocks
+from rotor_rig.pipeline import simulate
+from rotor_rig.scenario import load_scenario
 from vibration_monitor.monitor import VibrationMonitor
-from vibration_monitor.reading import Recording, waveform_blocks
+from vibration_monitor.monitor_config import MonitorConfig
 
 pytestmark = pytest.mark.real_time
 

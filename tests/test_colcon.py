@@ -6,18 +6,19 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 SOURCES = Path(__file__).resolve().parent.parent / 'ros_ws' / 'src'
-PACKAGES = ('rotor_interfaces', 'maneuver_gen', 'rotor_sim', 'vibration_monitor', 'rotor_bringup')
+PACKAGES = tuple(tomllib.loads((SOURCES.parent / 'packages.toml').read_text())['packages'])
 EXECUTABLES = (
     'maneuver_gen/maneuver_gen_node',
     'rotor_sim/rotor_sim_node',
     'vibration_monitor/vibration_monitor_node',
-    'vibration_monitor/recorder_node',
-    'vibration_monitor/viewer_node',
+    'rotor_recording/recorder_node',
+    'rotor_view/viewer_node',
     'rotor_bringup/rotor-rig',
 )
 

@@ -17,12 +17,11 @@ import pytest
 from distributed import Client
 
 from rig_support import Rig
-from rotor_bringup import compute
-from rotor_bringup.compute import executor
-from rotor_bringup.errors import ProcessError
-from rotor_sim.analysis import Plan, ResultCache, Survey, survey, sweep
-from rotor_sim.errors import AnalysisError
-from rotor_sim.parameters import RotorParameters
+from rotor_common.errors import ProcessError
+from rotor_dynamics import Plan, ResultCache, Survey, cluster, survey, sweep
+from rotor_dynamics.cluster import executor
+from rotor_dynamics.errors import AnalysisError
+from rotor_sim.plant.parameters import RotorParameters
 
 PLAN = Plan(transient_revolutions=100, revolutions=100, exponent_revolutions=50, highest_order=4.0)
 POINTS = sweep(
@@ -176,7 +175,7 @@ def test_a_worker_that_would_compute_something_else_is_refused(
         (os.getpid, 'has another version of rotor_sim; install this one there'),
         (lambda: importlib.import_module('no_such_rig'), 'cannot load this rig .*no_such_rig'),
     ):
-        monkeypatch.setattr(compute, 'code_version', stand_in)
+        monkeypatch.setattr(cluster, 'code_version', stand_in)
         with (
             pytest.raises(AnalysisError, match=sentence),
             executor(scheduler.address, None),

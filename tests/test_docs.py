@@ -13,11 +13,11 @@ import yaml
 from PIL import Image
 
 from rotor_bringup.analysis import analyze_recording
-from rotor_bringup.scenario import Scenario, load_scenario, shipped_scenarios
 from rotor_interfaces import messages
 from rotor_interfaces.topics import TOPICS
 from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, encode
-from vibration_monitor.view import view_recording
+from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_view import view_recording
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'

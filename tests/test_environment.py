@@ -15,7 +15,8 @@ import pytest
 from live_flight import CLI, private_environment
 
 from rig_support import RigRun
-from rotor_interfaces import access, dds, machine_code
+from rotor_common import machine_code
+from rotor_interfaces import access, dds
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
@@ -145,7 +146,7 @@ FULL = 'mount -t tmpfs -o size=64k tmpfs /dev/shm && head -c 65536 /dev/zero >/d
         '$RIG run --duration 1 --record /tmp',
         '"$PYTHON" -m rotor_sim.node',
         '"$PYTHON" -m maneuver_gen.node',
-        '"$PYTHON" -m vibration_monitor.recorder_node',
+        '"$PYTHON" -m rotor_recording.recorder_node',
         '"$PYTHON" -m rotor_bringup.composed',
     ],
 )
@@ -162,8 +163,8 @@ def test_shared_memory_too_small_for_all_processes(command: Command, tmp_path: P
 
 
 def test_a_process_that_shared_memory_ended_is_told_in_words(tmp_path: Path) -> None:
-    from rotor_bringup.errors import ProcessError
     from rotor_bringup.processes import ProcessGroup, ProcessPlan
+    from rotor_common.errors import ProcessError
 
     (tmp_path / 'dying.py').write_text('import os, signal; os.kill(os.getpid(), signal.SIGBUS)')
     group = ProcessGroup([ProcessPlan('monitor', 'dying')], {}, tmp_path)

@@ -17,8 +17,8 @@ import pytest
 import yaml
 
 from rig_support import Rig
-from rotor_bringup.evaluation.runner import Simulated
-from rotor_bringup.evaluation.suites import load
+from rotor_bench.evaluation.runner import Simulated
+from rotor_bench.evaluation.suites import load
 
 NODE = Path(__file__).parent / 'score_node.py'
 

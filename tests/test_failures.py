@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from rig_support import Rig
-from vibration_monitor.reading import Recording
+from rotor_recording.reading import Recording
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 

@@ -21,13 +21,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
 from rig_support import LiveRuns
+from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages, topics
-from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
-from vibration_monitor.reading import Recording
-from vibration_monitor.recording import RecordingWriter
+from rotor_recording.reading import Recording
+from rotor_recording.recording import RecordingWriter
 
 pytestmark = pytest.mark.real_time
 

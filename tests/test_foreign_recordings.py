@@ -24,13 +24,13 @@ from typer.testing import CliRunner
 
 from rig_support import Rig
 from rotor_bringup.cli import app
+from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages, topics
-from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr, typestore
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock, encode
-from vibration_monitor.errors import RecordingError
-from vibration_monitor.reading import Recording
-from vibration_monitor.view.offline import convert
+from rotor_recording.errors import RecordingError
+from rotor_recording.reading import Recording
+from rotor_view.offline import convert
 
 EPOCH_NS = 1_700_000_000 * NANOSECONDS
 RATE_HZ, BLOCK, BLOCKS = 10240, 256, 120

@@ -14,7 +14,7 @@ from live_flight import CLI
 
 from rig_support import Rig, recorded
 from rotor_interfaces import topics
-from vibration_monitor.reading import Recording, waveform_blocks
+from rotor_recording.reading import Recording, waveform_blocks
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 

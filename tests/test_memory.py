@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from live_flight import CLI
 
+from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import topics
-from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
-from vibration_monitor.recording import RecordingWriter
+from rotor_recording.recording import RecordingWriter
 
 EPOCH_NS = 1_800_000_000 * NANOSECONDS
 RATE_HZ = 10240

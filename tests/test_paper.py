@@ -18,8 +18,8 @@ from live_flight import CLI
 from typer.testing import CliRunner
 
 from rotor_bringup.cli import app
-from rotor_bringup.paper import validation
-from rotor_interfaces.exit_code import ExitCode
+from rotor_common.exit_code import ExitCode
+from rotor_paper import validation
 
 SMALL = ['--values', '5', '--transient', '60', '--revolutions', '100', '--no-check']
 
@@ -158,7 +158,7 @@ def test_the_page_of_the_documentation_is_made_from_the_report(
     made: tuple[Path, dict[str, Any]], tmp_path: Path
 ) -> None:
     out, content = made
-    script = [sys.executable, '-m', 'rotor_bringup.paper.validation', str(out / 'report.json')]
+    script = [sys.executable, '-m', 'rotor_paper.validation', str(out / 'report.json')]
     subprocess.run([*script, '--docs', str(tmp_path)], check=True, timeout=120.0)
     page = (tmp_path / 'validation.md').read_text('utf-8')
     assert page == validation.page(content)

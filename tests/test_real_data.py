@@ -19,9 +19,9 @@ import pytest
 from scipy.io import savemat
 
 from rig_support import Rig
-from rotor_bringup.importing.convert import ImportPlan, convert
+from rotor_recording.importing.convert import ImportPlan, convert
+from rotor_recording.reading import Recording, waveform_blocks
 from vibration_monitor.envelope import EnvelopeSpectrum, envelope_spectrum
-from vibration_monitor.reading import Recording, waveform_blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 REALDATA = Path(os.environ.get('ROTOR_RIG_REALDATA', ROOT.parent / 'shared' / 'realdata'))

@@ -11,13 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 from rotor_bringup.cli import app
-from rotor_bringup.pipeline import simulate
-from rotor_bringup.scenario import Scenario
 from rotor_interfaces import topics
 from rotor_interfaces.messages import OFFLINE, from_cdr, to_cdr
 from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode, encode
-from vibration_monitor.recording import RecordingWriter
+from rotor_recording.recording import RecordingWriter
+from rotor_rig.pipeline import simulate
+from rotor_rig.scenario import Scenario
 
 SPEED_RAD_S = 410.0
 SCENARIO = Scenario.from_mapping(

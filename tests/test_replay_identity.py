@@ -13,7 +13,7 @@ from live_flight import CLI
 
 from rig_support import LiveRuns, recorded
 from rotor_interfaces import topics
-from vibration_monitor.reading import Recording
+from rotor_recording.reading import Recording
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 

@@ -11,9 +11,9 @@ from xml.etree import ElementTree as ET
 import pytest
 from live_flight import CLI, private_environment
 
-from rotor_bringup.evaluation import topic
+from rotor_bench.evaluation import topic
+from rotor_common.errors import ConfigError
 from rotor_interfaces import access
-from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.topics import TOPICS
 
 SOURCES = Path(__file__).resolve().parents[1] / 'ros_ws' / 'src'
@@ -112,8 +112,8 @@ COMMANDS = {
     'simulator': [sys.executable, '-m', 'rotor_sim.node'],
     'generator': [sys.executable, '-m', 'maneuver_gen.node'],
     'monitor': [sys.executable, '-m', 'vibration_monitor.node'],
-    'recorder': [sys.executable, '-m', 'vibration_monitor.recorder_node'],
-    'viewer': [sys.executable, '-m', 'vibration_monitor.viewer_node'],
+    'recorder': [sys.executable, '-m', 'rotor_recording.recorder_node'],
+    'viewer': [sys.executable, '-m', 'rotor_view.viewer_node'],
 }
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from live_flight import NODES, LiveFlight, private_environment, running
 
-from rotor_interfaces.exit_code import ExitCode
-from vibration_monitor.reading import Recording
+from rotor_common.exit_code import ExitCode
+from rotor_recording.reading import Recording
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
@@ -89,7 +89,7 @@ import typer
 from rich.console import Console
 
 from interrupting import interrupt_myself
-from rotor_bringup.progress import interruptible
+from rotor_common.progress import interruptible
 
 
 def main() -> None:

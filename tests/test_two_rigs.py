@@ -18,11 +18,11 @@ import pytest
 from live_flight import CLI, hidden_topic
 
 from rig_support import Rig, recorded
-from rotor_bringup.scenario import load_scenario
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.topics import Topic
-from vibration_monitor.reading import Recording, waveform_blocks
+from rotor_recording.reading import Recording, waveform_blocks
+from rotor_rig.scenario import load_scenario
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 

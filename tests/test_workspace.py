@@ -8,6 +8,7 @@ import importlib.util
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,9 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / 'ros_ws' / 'src'
-PACKAGES = ('rotor_interfaces', 'maneuver_gen', 'rotor_sim', 'vibration_monitor', 'rotor_bringup')
-MAY_IMPORT = {
-    'rotor_interfaces': set(),
-    'maneuver_gen': {'rotor_interfaces'},
-    'rotor_sim': {'rotor_interfaces'},
-    'vibration_monitor': {'rotor_interfaces'},
-    'rotor_bringup': {'rotor_interfaces', 'maneuver_gen', 'rotor_sim', 'vibration_monitor'},
-}
-"""design.md, section 2: imports run one way."""
+PACKAGES = tuple(tomllib.loads((SOURCES.parent / 'packages.toml').read_text())['packages'])
+MAY_IMPORT = {package: set(PACKAGES[:place]) for place, package in enumerate(PACKAGES)}
+"""Bottom first: imports run downwards only."""
 ROS_ADAPTERS = ('*.node', '*_node', 'rotor_interfaces.ros',
                 'rotor_interfaces.run_topics', 'rotor_bringup.live',
                 'rotor_bringup.composed')  # fmt: skip
@@ -126,6 +121,15 @@ def test_manifest_is_complete(package: str) -> None:
     assert (folder / package / 'py.typed').is_file()
     assert (folder / 'setup.cfg').read_text().count(f'$base/lib/{package}\n') == 2
     assert list((folder / 'test').glob('test_*.py')), 'a package without tests'
+
+
+def test_package_files_are_those_of_the_template() -> None:
+    done = subprocess.run(
+        [sys.executable, ROOT / 'scripts' / 'package_files.py', '--check'],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert {path.parent.name for path in SOURCES.glob('*/package.xml')} == set(PACKAGES)
 
 
 def test_all_packages_have_one_version_and_python_range() -> None:

@@ -1,6 +1,7 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flight profiles and the node that publishes their load."""
+# Written by scripts/package_files.py from ros_ws/packages.toml.
+"""Flight maneuvers: from what the aircraft flies to the load on its rotor."""
 
 from glob import glob
 
@@ -11,22 +12,26 @@ PACKAGE = 'maneuver_gen'
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='Flight profiles of the cracked rotor rig: load factor over time.',
+    description=__doc__,
     author='The cracked rotor rig authors',
     license='Apache-2.0',
     python_requires='>=3.11,<3.14',
     package_dir={'': '.'},
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', 'flights/*.csv']},
+    package_data={PACKAGE: ['py.typed', '**/*.csv', '**/*.xml', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
-        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+        *(
+            (f'share/{PACKAGE}/{folder}', files)
+            for folder in ('config', 'launch', 'security')
+            if (files := glob(f'{folder}/*.*'))
+        ),
     ],
     install_requires=[
-        'numpy>=2.0',
+        'numpy>=2.1',
         'pydantic>=2.9',
+        'rotor_common==0.1.0',
         'rotor_interfaces==0.1.0',
     ],
     entry_points={

@@ -1,6 +1,7 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios, launch files and the command line that puts the rig together."""
+# Written by scripts/package_files.py from ros_ws/packages.toml.
+"""The rig put together: launch files, live supervision and the command rotor-rig."""
 
 from glob import glob
 
@@ -11,34 +12,33 @@ PACKAGE = 'rotor_bringup'
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='The cracked rotor rig put together: scenarios, launch files, rotor-rig.',
+    description=__doc__,
     author='The cracked rotor rig authors',
     license='Apache-2.0',
     python_requires='>=3.11,<3.14',
     package_dir={'': '.'},
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={
-        PACKAGE: ['py.typed', 'paper/*.yaml', 'scenarios/*.yaml', 'dataset/suites/*.yaml']
-    },
+    package_data={PACKAGE: ['py.typed', '**/*.csv', '**/*.xml', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
-        (f'share/{PACKAGE}/security', ['security/policy.xml']),
+        *(
+            (f'share/{PACKAGE}/{folder}', files)
+            for folder in ('config', 'launch', 'security')
+            if (files := glob(f'{folder}/*.*'))
+        ),
     ],
     install_requires=[
-        'distributed>=2025.1',
         'maneuver_gen==0.1.0',
-        'matplotlib>=3.9',
         'numpy>=2.1',
-        'pillow>=11.0',
-        'pyarrow>=17.0',
-        'pydantic>=2.9',
         'pyyaml>=6.0',
         'rich>=13.9',
+        'rotor_common==0.1.0',
         'rotor_interfaces==0.1.0',
+        'rotor_recording==0.1.0',
+        'rotor_rig==0.1.0',
         'rotor_sim==0.1.0',
-        'scipy>=1.14',
+        'rotor_view==0.1.0',
         'typer>=0.15',
         'vibration_monitor==0.1.0',
     ],
@@ -55,14 +55,20 @@ setup(
             'pytest-timeout>=2.3',
             'pytest-xdist>=3.6',
             'ruff>=0.9',
-            'setuptools>=77,<80',  # builds the packages; colcon wants it below 80
+            'setuptools>=77,<80',
             'types-PyYAML>=6.0',
-            'uv>=0.9',  # scripts/env installs with it
+            'uv>=0.9',
         ],
     },
     entry_points={
         'console_scripts': [
             'rotor-rig = rotor_bringup.__main__:main',
+        ],
+        'rotor_rig.commands': [
+            'analyze = rotor_bringup.analyze_command:analyze',
+            'baseline = rotor_bringup.baseline_command:baseline',
+            'run = rotor_bringup.run_command:run',
+            'simulate = rotor_bringup.simulate_command:simulate',
         ],
     },
     zip_safe=False,

@@ -1,6 +1,9 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wire contract of the rig; the extra `ros` brings ROS 2 Jazzy where /opt/ros is missing."""
+# Written by scripts/package_files.py from ros_ws/packages.toml.
+"""The wire contract of the rig: topics, QoS, channels, the waveform block and message builders."""
+
+from glob import glob
 
 from setuptools import find_packages, setup
 
@@ -9,22 +12,26 @@ PACKAGE = 'rotor_interfaces'
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='The wire contract of the cracked rotor rig: topics, QoS, waveform codec.',
+    description=__doc__,
     author='The cracked rotor rig authors',
     license='Apache-2.0',
     python_requires='>=3.11,<3.14',
     package_dir={'': '.'},
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', '*.xml']},
+    package_data={PACKAGE: ['py.typed', '**/*.csv', '**/*.xml', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        *(
+            (f'share/{PACKAGE}/{folder}', files)
+            for folder in ('config', 'launch', 'security')
+            if (files := glob(f'{folder}/*.*'))
+        ),
     ],
     install_requires=[
-        'numpy>=2.0',
-        'pydantic>=2.9',
-        'pyyaml>=6.0',
+        'numpy>=2.1',
         'rosbags>=0.11',
+        'rotor_common==0.1.0',
     ],
     extras_require={
         'ros': [

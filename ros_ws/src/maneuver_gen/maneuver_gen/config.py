@@ -17,10 +17,10 @@ import pydantic
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.gusts import Wave, gust_waves
 from maneuver_gen.profiles import SMOOTH_STEP_PEAK_SLOPE, RatePulse
-from rotor_interfaces.config import ConfigModel, quantity
-from rotor_interfaces.constants import GRAVITY_M_S2
-from rotor_interfaces.errors import DataError
-from rotor_interfaces.plain_data import parse_json
+from rotor_common.configuration import ConfigModel, quantity
+from rotor_common.constants import GRAVITY_M_S2
+from rotor_common.errors import DataError
+from rotor_common.plain_data import parse_json
 
 LOAD_FACTOR_RANGE = (-3.0, 12.0)
 LATERAL_LOAD_FACTOR_RANGE = (-3.0, 3.0)

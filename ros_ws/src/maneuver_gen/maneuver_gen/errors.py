@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of the manoeuvre generator."""
 
-from rotor_interfaces.errors import RigError
+from rotor_common.errors import RigError
 
 
 class ManeuverError(RigError, ValueError):

@@ -25,7 +25,7 @@ from maneuver_gen.config import (
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.profiles import FloatArray
 from maneuver_gen.recorded import open_flight
-from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ, LOAD_STEP_NS
+from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ, LOAD_STEP_NS
 
 
 def check_duration(config: ManeuverConfig, duration_s: float) -> None:

@@ -15,10 +15,10 @@ from typing import Any
 from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import load_grid
+from rotor_common.constants import LOAD_STEP_NS, NANOSECONDS
+from rotor_common.errors import ConfigError
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.constants import LOAD_STEP_NS, NANOSECONDS
 from rotor_interfaces.credit import Credit
-from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, RunTopics

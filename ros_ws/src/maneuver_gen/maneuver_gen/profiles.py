@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 
 SMOOTH_STEP_PEAK_SLOPE = 1.5
 """The steepest slope of `smooth_step`, at its middle."""

@@ -17,8 +17,8 @@ import numpy as np
 from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE, SHIPPED
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.profiles import FloatArray
-from rotor_interfaces.errors import DataError
-from rotor_interfaces.text_file import read_text
+from rotor_common.errors import DataError
+from rotor_common.text_file import read_text
 
 _RANGES = {
     'time_s': (-math.inf, math.inf),

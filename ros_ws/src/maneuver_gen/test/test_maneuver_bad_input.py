@@ -9,7 +9,7 @@ import pytest
 
 from maneuver_gen import ManeuverError, load_grid, parse_maneuver
 from maneuver_gen.recorded import read_flight
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_common.errors import ConfigError, RigError
 
 LEVEL = {'profile': 'constant'}
 

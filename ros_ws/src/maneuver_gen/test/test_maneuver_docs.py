@@ -27,7 +27,7 @@ from maneuver_gen.config import (
     Turn,
 )
 from maneuver_gen.recorded import shipped_flights
-from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
+from rotor_common.configuration import ConfigModel, bounds_of, range_text, unit_of
 
 DOCS = Path(__file__).resolve().parents[4] / 'docs'
 TEXT = (DOCS / 'manoeuvres.md').read_text('utf-8')

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from maneuver_gen import ManeuverConfig, flight_path_angle, load_grid, parse_maneuver, profiles
 from maneuver_gen.config import ClimbDive
 from maneuver_gen.profiles import FloatArray
-from rotor_interfaces.errors import ConfigError
+from rotor_common.errors import ConfigError
 
 # how long a test takes on a busy machine is not its subject
 UNHURRIED = settings(deadline=None)

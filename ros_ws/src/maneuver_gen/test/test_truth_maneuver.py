@@ -14,7 +14,7 @@ import pytest
 from maneuver_gen import flight_path_angle, load_grid, parse_maneuver, profiles
 from maneuver_gen.config import ClimbDive
 from maneuver_gen.profiles import FloatArray, RatePulse
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 
 
 def climb_dive(**changes: float) -> ClimbDive:

@@ -15,10 +15,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from rotor_bringup.live import node_parameters
-from rotor_bringup.scenario import DEFAULT_SCENARIO, load_scenario
-from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
+from rotor_common.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.ros import namespace_arguments
 from rotor_interfaces.run_topics import new_run_id
+from rotor_rig.scenario import DEFAULT_SCENARIO, load_scenario
 
 
 def _rig(context: LaunchContext) -> list[Node]:
@@ -56,7 +56,7 @@ def _rig(context: LaunchContext) -> list[Node]:
         signal_number=signal.SIGINT, process_matcher=matches_action(monitor)
     )
     return [
-        node('vibration_monitor', 'recorder_node', Shutdown()),
+        node('rotor_recording', 'recorder_node', Shutdown()),
         monitor,
         node('maneuver_gen', 'maneuver_gen_node', Shutdown()),
         node('rotor_sim', 'rotor_sim_node', EmitEvent(event=end_of_monitor)),

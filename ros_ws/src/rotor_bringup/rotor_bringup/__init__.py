@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios, the offline pipeline, process supervision and the `rotor-rig` command line."""
+"""Live runs and the command line `rotor-rig`."""

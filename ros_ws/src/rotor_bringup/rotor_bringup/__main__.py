@@ -6,13 +6,13 @@ import os
 import signal
 import sys
 
-from rotor_interfaces.exit_code import ExitCode
+from rotor_common.exit_code import ExitCode
 
 
 def main() -> None:
     """Run the command line; Ctrl-C ends it without a traceback."""
     signal.signal(signal.SIGINT, lambda *_: sys.exit(ExitCode.INTERRUPTED))
-    from rotor_bringup import console  # noqa: PLC0415
+    from rotor_common import console  # noqa: PLC0415
 
     console.open_standard_streams()
     console.allow_any_width()

@@ -17,16 +17,16 @@ from typing import Any, TextIO
 import numpy as np
 
 from rotor_bringup.display import RunState
-from rotor_bringup.errors import ScenarioError
-from rotor_bringup.out_path import check_file
-from rotor_bringup.pipeline import analyze_blocks
 from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
-from rotor_interfaces.constants import NANOSECONDS
+from rotor_common.constants import NANOSECONDS
+from rotor_common.out_path import check_file
+from rotor_interfaces.channels import shown_channel
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import MonitorConfig
+from rotor_recording.reading import Recording, waveform_name
+from rotor_rig.errors import ScenarioError
+from rotor_rig.pipeline import analyze_blocks
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
-from vibration_monitor.names import shown_channel
-from vibration_monitor.reading import Recording, waveform_name
+from vibration_monitor.monitor_config import MonitorConfig
 
 HIGHLIGHTS = (
     *(f'amplitude_order_{order}' for order in ('1', '2', '3')),

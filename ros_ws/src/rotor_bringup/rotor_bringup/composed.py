@@ -8,9 +8,9 @@ from typing import cast
 from maneuver_gen.node import ManeuverNode
 from rotor_interfaces import ros
 from rotor_interfaces.ros import RigNode
+from rotor_recording.recorder_node import RecorderNode
 from rotor_sim.node import RotorSimNode
 from vibration_monitor.node import MonitorNode
-from vibration_monitor.recorder_node import RecorderNode
 
 
 def create() -> list[RigNode]:

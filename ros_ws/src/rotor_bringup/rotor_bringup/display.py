@@ -13,7 +13,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Column, Table
 from rich.text import Text
 
-from vibration_monitor import names
+from rotor_common.units import number_text, people_unit
+from rotor_interfaces.channels import channel_unit, shown_channel
 from vibration_monitor.detection import CANNOT_JUDGE, Level
 from vibration_monitor.monitor import IndicatorRecord
 
@@ -112,7 +113,7 @@ class RunState:
     def take_indicators(self, values: dict[str, float]) -> None:
         """Take one window's indicators."""
         self.windows += 1
-        self.channel = names.shown_channel(values)
+        self.channel = shown_channel(values)
         for order in (1, 2, 3):
             self.amplitudes[order] = values.get(f'{self.channel}/amplitude_order_{order}', math.nan)
         if math.isnan(self.amplitudes[1]):
@@ -223,9 +224,9 @@ class Display:
         state = self._state
         if not state.windows:
             return 'no window yet'
-        unit, factor = names.people_unit(names.channel_unit(state.channel))
+        unit, factor = people_unit(channel_unit(state.channel))
         return '  '.join(
-            f'{order}x {names.number_text(amplitude * factor, ".2f", unit)}'
+            f'{order}x {number_text(amplitude * factor, ".2f", unit)}'
             for order, amplitude in state.amplitudes.items()
         )
 
@@ -233,8 +234,8 @@ class Display:
         state = self._state
         return (
             f'{state.simulated_s:6.1f} s of {state.duration_s:g} s  '
-            f'n = {names.number_text(state.load_factor, ".2f"):>5}  '
-            f'{names.number_text(state.real_time_factor, ".1f"):>4} x real time  '
+            f'n = {number_text(state.load_factor, ".2f"):>5}  '
+            f'{number_text(state.real_time_factor, ".1f"):>4} x real time  '
             f'{state.channel or "amplitudes"}: {self._amplitudes()}  '
             f'{WORDS[state.level]}  lost {state.lost}'
         )
@@ -244,8 +245,8 @@ class Display:
         table = Table.grid(*(Column(overflow='fold') for _ in range(3)), padding=(0, 2))
         bar = ProgressBar(state.duration_s, state.simulated_s, width=40)
         table.add_row('time', f'{state.simulated_s:.1f} of {state.duration_s:g} s', bar)
-        table.add_row('load factor', names.number_text(state.load_factor, '+.2f'))
-        table.add_row('real-time factor', names.number_text(state.real_time_factor, '.2f'))
+        table.add_row('load factor', number_text(state.load_factor, '+.2f'))
+        table.add_row('real-time factor', number_text(state.real_time_factor, '.2f'))
         table.add_row(Text(state.channel or 'amplitudes'), self._amplitudes())
         table.add_row('alarm', Text(WORDS[state.level], COLOURS[state.level]), Text(state.reasons))
         table.add_row('samples lost', str(state.lost))

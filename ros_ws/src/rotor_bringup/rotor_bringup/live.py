@@ -17,14 +17,15 @@ from rclpy.node import Node
 from rich.console import Console
 
 from maneuver_gen.load_grid import load_grid
-from rotor_bringup.console import printable
 from rotor_bringup.display import Display, RunState
 from rotor_bringup.processes import ProcessGroup, ProcessPlan
-from rotor_bringup.scenario import Scenario, versions
+from rotor_common.console import printable
+from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
+from rotor_common.leftovers import OwnFolder, remove_leftovers
+from rotor_common.versions import versions
 from rotor_interfaces import dds, messages, ros, topics
-from rotor_interfaces.constants import GRAVITY_M_S2, LOAD_RATE_HZ
-from rotor_interfaces.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.run_topics import RunTopics, new_run_id
+from rotor_rig.scenario import Scenario
 
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
@@ -179,10 +180,10 @@ def _plans(*, composed: bool, view: bool) -> list[ProcessPlan]:
             ProcessPlan('rotor_sim', 'rotor_sim.node'),
             ProcessPlan('maneuver_gen', 'maneuver_gen.node'),
             ProcessPlan('vibration_monitor', 'vibration_monitor.node'),
-            ProcessPlan('recorder', 'vibration_monitor.recorder_node'),
+            ProcessPlan('recorder', 'rotor_recording.recorder_node'),
         ]
     if view:
-        plans.append(ProcessPlan('viewer', 'vibration_monitor.viewer_node', optional=True))
+        plans.append(ProcessPlan('viewer', 'rotor_view.viewer_node', optional=True))
     return plans
 
 

@@ -17,9 +17,9 @@ from typing import Any
 
 import yaml
 
-from rotor_bringup.errors import ProcessError
+from rotor_common.errors import ProcessError
+from rotor_common.exit_code import ExitCode
 from rotor_interfaces import dds
-from rotor_interfaces.exit_code import ExitCode
 
 STOP_TIMEOUT_S = 30.0
 """Enough for a starved machine, on which a process may still import or finalise a recording."""

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
+from rotor_interfaces.channels import channels_of
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import MonitorConfig
-from vibration_monitor.names import channels_of, indicator_unit
-from vibration_monitor.reading import Recording, waveform_blocks
+from rotor_recording.reading import Recording, waveform_blocks
+from vibration_monitor.monitor_config import MonitorConfig
+from vibration_monitor.names import indicator_unit
 
 
 @dataclass(frozen=True)

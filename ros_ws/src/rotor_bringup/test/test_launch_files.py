@@ -19,9 +19,9 @@ from typing import Any
 import pytest
 import yaml
 
-from rotor_bringup.scenario import DEFAULT_SCENARIO
-from rotor_interfaces.errors import RigError
-from rotor_interfaces.leftovers import remove_leftovers
+from rotor_common.errors import RigError
+from rotor_common.leftovers import remove_leftovers
+from rotor_rig.scenario import DEFAULT_SCENARIO
 
 SOURCES = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted(SOURCES.glob('*/launch/*.launch.py'))
@@ -29,8 +29,8 @@ NODE_MODULES = {
     'maneuver_gen': 'maneuver_gen/maneuver_gen/node.py',
     'rotor_sim': 'rotor_sim/rotor_sim/node.py',
     'vibration_monitor': 'vibration_monitor/vibration_monitor/node.py',
-    'recorder': 'vibration_monitor/vibration_monitor/recorder_node.py',
-    'viewer': 'vibration_monitor/vibration_monitor/viewer_node.py',
+    'recorder': 'rotor_recording/rotor_recording/recorder_node.py',
+    'viewer': 'rotor_view/rotor_view/viewer_node.py',
 }
 
 

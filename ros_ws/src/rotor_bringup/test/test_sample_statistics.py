@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from rotor_bringup.analysis import Analysis, analyze_recording
 from rotor_bringup.cli import app
-from rotor_bringup.importing.convert import ImportPlan, convert, write
+from rotor_recording.importing.convert import ImportPlan, convert, write
 
 RATE_HZ = 25_600
 COUNT = 32_768

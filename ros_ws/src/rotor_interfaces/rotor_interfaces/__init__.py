@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wire contract of the rig: topics, QoS, the waveform block and message builders."""
+"""The wire contract: topics, QoS, channels, the waveform block, message builders, node template."""

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from rotor_interfaces.errors import ConfigError
+from rotor_common.errors import ConfigError
 
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'

@@ -11,10 +11,10 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from rotor_common.errors import ConfigError
+from rotor_common.exit_code import ExitCode
+from rotor_common.leftovers import OwnFolder
 from rotor_interfaces import access
-from rotor_interfaces.errors import ConfigError
-from rotor_interfaces.exit_code import ExitCode
-from rotor_interfaces.leftovers import OwnFolder
 
 HIGHEST_DOMAIN = 232
 RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from rotor_interfaces.errors import WireError
+from rotor_common.errors import WireError
 
 CLOCK_DRIFT = 1e-3
 """Honest clocks of stamps and samples differ by less than this share of the time that passes."""

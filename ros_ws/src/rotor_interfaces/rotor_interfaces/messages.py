@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
-from rotor_interfaces.constants import NANOSECONDS
+from rotor_common.constants import NANOSECONDS
 
 _STALE = 3
 """Level of a DiagnosticStatus."""

@@ -39,11 +39,11 @@ from rclpy.qos import ReliabilityPolicy as ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_namespace import validate_namespace
 
+from rotor_common.configuration import ConfigModel, bounds_of, range_text, unit_of
+from rotor_common.errors import ConfigError, RigError, refusal
+from rotor_common.exit_code import ExitCode
+from rotor_common.interrupt import Interrupted, interruptible
 from rotor_interfaces import messages, topics
-from rotor_interfaces.config import ConfigModel, bounds_of, range_text, unit_of
-from rotor_interfaces.errors import ConfigError, RigError, refusal
-from rotor_interfaces.exit_code import ExitCode
-from rotor_interfaces.interrupt import Interrupted, interruptible
 from rotor_interfaces.topics import Topic
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)

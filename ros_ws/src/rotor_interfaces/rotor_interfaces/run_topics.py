@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from rotor_common.errors import ConfigError
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.ros import Node
 from rotor_interfaces.topics import Topic
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.constants import NANOSECONDS
-from rotor_interfaces.errors import WireError
+from rotor_common.constants import NANOSECONDS
+from rotor_common.errors import WireError
 from rotor_interfaces.gaps import BlockTime
 from rotor_interfaces.messages import ROS, MessageFactory, header, stamp_ns
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rotor_interfaces.errors import WireError
+from rotor_common.errors import WireError
 from rotor_interfaces.gaps import BlockTime, Continuity, SampleContinuity
 
 

@@ -20,8 +20,8 @@ from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 
+from rotor_common.errors import ConfigError
 from rotor_interfaces import messages, topics
-from rotor_interfaces.errors import ConfigError
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import namespace_arguments, qos
 from rotor_interfaces.run_topics import ENDING_S, OtherRigs, Progress, RunTopics, new_run_id

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
+from rotor_common.errors import WireError
 from rotor_interfaces import messages
-from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import OFFLINE, from_cdr, to_cdr
 from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, decode, encode
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of the rotor simulator."""
 
-from rotor_interfaces.errors import RigError
+from rotor_common.errors import RigError
 
 
 class RotorError(RigError, ValueError):
@@ -19,7 +19,3 @@ class IntegrationError(RigError):
 
 class CosimulationError(RigError):
     """The run cannot go on: endpoints missing, a hole in the load grid, a consumer that stalls."""
-
-
-class AnalysisError(RigError, ValueError):
-    """An analysis that cannot be made as asked: a range, a step or a folder that does not serve."""

@@ -12,8 +12,8 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import MessageFactory, sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import COLUMN_UNITS, WaveformBlock, encode
-from rotor_sim.config import RotorSimConfig
-from rotor_sim.simulator import SimulatedBlock
+from rotor_sim.rotor_config import RotorSimConfig
+from rotor_sim.stream.simulator import SimulatedBlock
 
 Outgoing = tuple[Topic, int, Any]
 """Topic, stamp in ns, message."""

@@ -11,22 +11,22 @@ import sys
 import time
 from typing import Any
 
+from rotor_common.constants import LOAD_RATE_HZ, LOAD_STEP_NS
+from rotor_common.errors import ConfigError, DataError
+from rotor_common.plain_data import parse_json
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.constants import LOAD_RATE_HZ, LOAD_STEP_NS
 from rotor_interfaces.credit import Credits
-from rotor_interfaces.errors import ConfigError, DataError
 from rotor_interfaces.messages import ROS, sample_stamp_ns
-from rotor_interfaces.plain_data import parse_json
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
-from rotor_sim.config import RotorSimConfig
 from rotor_sim.errors import CosimulationError, LoadConflictError, RotorError
-from rotor_sim.load_grid import LoadGrid
 from rotor_sim.messages import block_messages, config_message
-from rotor_sim.parameters import VARIANTS
-from rotor_sim.sensors.config import NoiseLevels
-from rotor_sim.simulator import RotorSimulator
+from rotor_sim.plant.parameters import VARIANTS
+from rotor_sim.rotor_config import RotorSimConfig
+from rotor_sim.sensors.sensor_config import NoiseLevels
+from rotor_sim.stream.load_grid import LoadGrid
+from rotor_sim.stream.simulator import RotorSimulator
 
 TICK_S = 0.002
 ASK_AGAIN_S = 1.0

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rotor_interfaces.errors import ConfigError, RigError
+from rotor_common.errors import ConfigError, RigError
 from rotor_sim import RotorError, RotorParameters, RotorSimConfig
-from rotor_sim.config import LiveParameters
-from rotor_sim.parameters import VARIANTS
+from rotor_sim.plant.parameters import VARIANTS
+from rotor_sim.rotor_config import LiveParameters
 
 
 def change(sample: int, parameter: str, value: Any) -> dict[str, Any]:

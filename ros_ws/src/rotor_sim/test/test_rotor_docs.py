@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotor_interfaces.config import range_text, unit_of
+from rotor_common.configuration import range_text, unit_of
 from rotor_sim import RotorParameters
-from rotor_sim.parameters import VARIANTS
+from rotor_sim.plant.parameters import VARIANTS
 
 PAGE = Path(__file__).parents[4] / 'docs' / 'physics.md'
 

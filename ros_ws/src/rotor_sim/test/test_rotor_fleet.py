@@ -11,15 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rotor_sim import (
-    IntegrationError,
-    LoadGrid,
-    RotorError,
-    RotorSimConfig,
-    RotorSimulator,
-    fleet,
-)
-from rotor_sim.simulator import SimulatedBlock
+from rotor_sim import IntegrationError, LoadGrid, RotorError, RotorSimConfig, RotorSimulator
+from rotor_sim.stream import fleet
+from rotor_sim.stream.simulator import SimulatedBlock
 
 ConstantGrid = Callable[[float, float], LoadGrid]
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rotor_sim import RotorParameters
-from rotor_sim.model import Drive, acceleration, contact_force, rk4_step
-from rotor_sim.parameters import VARIANTS
+from rotor_sim.plant.model import Drive, acceleration, contact_force, rk4_step
+from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., tuple[Array, Array]]
@@ -142,7 +142,7 @@ def test_load_row_is_the_linear_interpolation(kernel: Kernel) -> None:
 @example(angle=np.pi)
 @example(angle=2 * np.pi)
 def test_cos_and_sin_are_those_of_the_library(angle: float) -> None:
-    from rotor_sim import _kernels
+    from rotor_sim.plant import _kernels
 
     # one unit in the last place of 1; near a zero the error is that small too
     assert _kernels._cos_sin(angle) == pytest.approx(
@@ -156,7 +156,7 @@ def test_cos_and_sin_are_those_of_the_library(angle: float) -> None:
 @example(angle=-np.pi / 2, behind=True, r=1.0)
 @example(angle=0.0, behind=True, r=1e-5)
 def test_angle_is_that_of_the_library(angle: float, behind: bool, r: float) -> None:
-    from rotor_sim import _kernels
+    from rotor_sim.plant import _kernels
 
     x, y = r * np.cos(angle) * (-1.0 if behind else 1.0), r * np.sin(angle)
     # two units in the last place of pi/2, and what rounding x and y turns the direction by
@@ -183,7 +183,7 @@ def test_the_second_bearing_repeats_the_first_to_the_last_bit(
     variant: str, half_angle: float, count: int
 ) -> None:
     """What is left out for bearings that move alike changes no bit of what is computed."""
-    from rotor_sim import _kernels
+    from rotor_sim.plant import _kernels
 
     random = np.random.default_rng(5)
     rotors = lanes_of(count, variant, half_angle)
@@ -225,7 +225,7 @@ def test_the_second_bearing_repeats_the_first_to_the_last_bit(
 
 
 def test_bearings_are_alike_only_bit_for_bit() -> None:
-    from rotor_sim import _kernels
+    from rotor_sim.plant import _kernels
 
     states = np.full((3, 12), np.nan)
     assert _kernels.alike(states) == (0,)
@@ -237,9 +237,9 @@ def test_bearings_are_alike_only_bit_for_bit() -> None:
 
 @pytest.mark.parametrize('half_angle', [0.01, 0.1, 0.4, 0.65, 1.0, 1.3, np.pi / 2])
 def test_polynomial_of_the_breathing_is_eq_4(half_angle: float) -> None:
-    from rotor_sim import _kernels
-    from rotor_sim.breathing import breathing_polynomial
-    from rotor_sim.model import breathing
+    from rotor_sim.plant import _kernels
+    from rotor_sim.plant.breathing import breathing_polynomial
+    from rotor_sim.plant.model import breathing
 
     polynomial, error = breathing_polynomial(half_angle, _kernels.BREATHING_TERMS)
     assert error < 1e-14
@@ -291,7 +291,7 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
 ASSEMBLY = """
 import sys
 import numpy as np
-from rotor_interfaces.constants import LANES
+from rotor_common.constants import LANES
 from rotor_sim import RotorParameters, _kernels
 p = RotorParameters.hou2016()
 n = LANES

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rotor_sim import LoadGrid, RotorError
 from rotor_sim.errors import LoadConflictError
-from rotor_sim.load_grid import EARLY_LIMIT
+from rotor_sim.stream.load_grid import EARLY_LIMIT
 
 
 def test_covers_up_to_its_last_point() -> None:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rotor_sim import RotorParameters
-from rotor_sim.model import (
+from rotor_sim.plant.model import (
     Drive,
     acceleration,
     breathing,
@@ -20,7 +20,7 @@ from rotor_sim.model import (
     phase,
     stiffness,
 )
-from rotor_sim.parameters import PhaseConvention, ThetaConvention
+from rotor_sim.plant.parameters import PhaseConvention, ThetaConvention
 
 PI = math.pi
 THETAS: tuple[ThetaConvention, ...] = get_args(ThetaConvention)

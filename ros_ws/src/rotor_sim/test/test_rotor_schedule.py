@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rotor_sim.schedule import Ramp, RampSchedule
+from rotor_sim.stream.schedule import Ramp, RampSchedule
 
 RATE_HZ = 10_240
 ramps = st.lists(

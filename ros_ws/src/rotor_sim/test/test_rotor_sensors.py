@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
+from rotor_common.errors import ConfigError
 from rotor_interfaces import messages, topics
-from rotor_interfaces.errors import ConfigError
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
 from rotor_sim.messages import block_messages
 from rotor_sim.sensors import PRESETS, ImuDecimator, SensorConfig, _kernels

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rotor_interfaces.waveform import WAVEFORM_DTYPE
 from rotor_sim import IntegrationError, LoadGrid, RotorError, RotorSimConfig, RotorSimulator
-from rotor_sim.simulator import SimulatedBlock
+from rotor_sim.stream.simulator import SimulatedBlock
 
 ConstantGrid = Callable[[float, float], LoadGrid]
 BLOCK_SIZES = (64, 205, 256, 1000)
@@ -273,7 +273,7 @@ def test_state_before_the_start_is_refused() -> None:
 
 
 def test_first_block_compiles_nothing() -> None:
-    from rotor_sim import _kernels
+    from rotor_sim.plant import _kernels
 
     for revolutions in (0, 1):
         simulator = RotorSimulator(

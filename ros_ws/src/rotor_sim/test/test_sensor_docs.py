@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from rotor_sim.sensors import PRESETS, SensorConfig
-from rotor_sim.sensors.config import Channel, FixedErrors, Housing, Keyphasor
+from rotor_sim.sensors.sensor_config import Channel, FixedErrors, Housing, Keyphasor
 
 PAGE = Path(__file__).parents[4] / 'docs' / 'sensors.md'
 

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
-from rotor_sim.integration import integrate
+from rotor_sim.plant.integration import integrate
 
 RATE_HZ = 10_240
 AMPLITUDE_N, PHASE_RAD = 150.0, 0.7

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import IntegrationError, RotorParameters
-from rotor_sim.model import Drive, acceleration
-from rotor_sim.statics import static_equilibrium
+from rotor_sim.plant.model import Drive, acceleration
+from rotor_sim.plant.statics import static_equilibrium
 
 UNCRACKED = RotorParameters.hou2016(crack_stiffness_ratio=0.0, eccentricity_m=0.0)
 HALF_PITCH = math.pi / 8

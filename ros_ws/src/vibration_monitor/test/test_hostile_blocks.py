@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from monitor_signals import RATE_HZ, blocks, run, same, steady_angle, table
+from rotor_common.errors import WireError
 from rotor_interfaces import topics
-from rotor_interfaces.errors import WireError
 from rotor_interfaces.messages import OFFLINE, to_cdr
 from rotor_interfaces.waveform import (
     LARGEST_SAMPLE,
@@ -26,13 +26,13 @@ from rotor_interfaces.waveform import (
     decode,
     encode,
 )
+from rotor_recording.recording_stream import RecordingStream
+from rotor_recording.recovery import Samples
+from rotor_view.rig_view import RigView
 from vibration_monitor import VibrationMonitor
-from vibration_monitor.config import MonitorConfig
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import MAX_INVALID_RECORDS
-from vibration_monitor.recording_stream import RecordingStream
-from vibration_monitor.recovery import Samples
-from vibration_monitor.view.rig_view import RigView
+from vibration_monitor.monitor_config import MonitorConfig
 
 ALL = MonitorConfig(
     extras=(

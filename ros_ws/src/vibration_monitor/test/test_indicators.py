@@ -9,17 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rotor_interfaces.errors import ConfigError
+from rotor_common.errors import ConfigError
+from rotor_interfaces.channels import channels_of, is_channel
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS
 from vibration_monitor import MonitorConfig
 from vibration_monitor.indicators import indicator_names, statistics
-from vibration_monitor.names import (
-    EXTRAS,
-    channel_indicators,
-    channels_of,
-    indicator_unit,
-    is_channel,
-)
+from vibration_monitor.names import EXTRAS, channel_indicators, indicator_unit
 
 
 def test_channels_are_the_vibration_columns() -> None:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from monitor_signals import RATE_HZ, blocks, run, same, signal, steady_angle, table
 from vibration_monitor import Level, MonitorConfig, VibrationMonitor
-from vibration_monitor.config import AlarmConfig, AlarmRule
 from vibration_monitor.keyphasor import (
     CHUNK_SAMPLES,
     MAX_MISSED,
@@ -22,6 +21,7 @@ from vibration_monitor.keyphasor import (
     KeyphasorAngle,
     PulseCounts,
 )
+from vibration_monitor.monitor_config import AlarmConfig, AlarmRule
 
 RULE = AlarmRule(indicator='disk_z/ratio_2_1', warn=0.3, error=0.6)
 CONFIG = MonitorConfig(orders=(1.0, 2.0, 3.0), extras=(), alarm=AlarmConfig(rules=(RULE,)))

@@ -22,8 +22,8 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
 
 def test_configuration_and_recordings_need_no_scipy() -> None:
     code = (
-        'import sys, vibration_monitor.config, vibration_monitor.reading, '
-        'vibration_monitor.recording; '
+        'import sys, vibration_monitor.monitor_config, rotor_recording.reading, '
+        'rotor_recording.recording; '
         'sys.exit(any(name.startswith("scipy") for name in sys.modules))'
     )
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

@@ -23,6 +23,7 @@ from monitor_signals import (
     steady_angle,
     table,
 )
+from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from rotor_interfaces.messages import sample_stamp_ns
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor import (
@@ -35,7 +36,6 @@ from vibration_monitor import (
 )
 from vibration_monitor import monitor as monitor_module
 from vibration_monitor.names import EXTRAS
-from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
 
 
 def noisy_rows(duration_s: float = 2.5, seed: int = 3) -> NDArray[np.void]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from monitor_signals import EPOCH_NS, RATE_HZ, blocks, run, same, steady_angle, table
-from rotor_interfaces.errors import WireError
+from rotor_common.errors import WireError
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor import IndicatorRecord, Level, VibrationMonitor
 from vibration_monitor.monitor import MAX_INVALID_RECORDS

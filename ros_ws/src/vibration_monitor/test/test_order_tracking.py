@@ -7,13 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from vibration_monitor.errors import MonitorError
-from vibration_monitor.order_tracking import (
-    MIN_SAMPLES_PER_CYCLE,
-    highest_order,
-    points_per_revolution,
-    resample,
-)
+from vibration_monitor.order_tracking import highest_order, points_per_revolution, resample
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from monitor_signals import (
     table,
 )
 from vibration_monitor import MonitorConfig, VibrationMonitor
-from vibration_monitor.config import Extra
+from vibration_monitor.monitor_config import Extra
 from vibration_monitor.passage import PassageTracker
 from vibration_monitor.synchronous import average_and_residual_rms, synchronous_average
 from vibration_monitor.trend import LoadTrend, load_slope, overlap_inflation

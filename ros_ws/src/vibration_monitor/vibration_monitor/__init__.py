@@ -5,29 +5,16 @@
 The names are loaded when first used (PEP 562): the recorder needs none of the monitor's scipy.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rotor_common.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from vibration_monitor.config import AlarmConfig, AlarmRule, MonitorConfig
     from vibration_monitor.detection import AlarmState, Level, RuleJudge
-    from vibration_monitor.errors import MonitorError, RecordingError
+    from vibration_monitor.errors import MonitorError
     from vibration_monitor.indicators import OrderSpectrum
     from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
-
-_MODULE_OF = {
-    'AlarmConfig': 'config',
-    'AlarmRule': 'config',
-    'AlarmState': 'detection',
-    'IndicatorRecord': 'monitor',
-    'Level': 'detection',
-    'MonitorConfig': 'config',
-    'MonitorError': 'errors',
-    'OrderSpectrum': 'indicators',
-    'RecordingError': 'errors',
-    'RuleJudge': 'detection',
-    'VibrationMonitor': 'monitor',
-}
+    from vibration_monitor.monitor_config import AlarmConfig, AlarmRule, MonitorConfig
 
 __all__ = [
     'AlarmConfig',
@@ -38,13 +25,22 @@ __all__ = [
     'MonitorConfig',
     'MonitorError',
     'OrderSpectrum',
-    'RecordingError',
     'RuleJudge',
     'VibrationMonitor',
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    return getattr(importlib.import_module(f'{__name__}.{_MODULE_OF[name]}'), name)
+__getattr__ = lazy_names(
+    __name__,
+    {
+        'AlarmConfig': 'vibration_monitor.monitor_config',
+        'AlarmRule': 'vibration_monitor.monitor_config',
+        'AlarmState': 'vibration_monitor.detection',
+        'IndicatorRecord': 'vibration_monitor.monitor',
+        'Level': 'vibration_monitor.detection',
+        'MonitorConfig': 'vibration_monitor.monitor_config',
+        'MonitorError': 'vibration_monitor.errors',
+        'OrderSpectrum': 'vibration_monitor.indicators',
+        'RuleJudge': 'vibration_monitor.detection',
+        'VibrationMonitor': 'vibration_monitor.monitor',
+    },
+)

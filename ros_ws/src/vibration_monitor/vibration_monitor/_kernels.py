@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces import machine_code
+from rotor_common import machine_code
 from vibration_monitor.spectrum import BLACKMAN_HARRIS
 
 Function = TypeVar('Function', bound=Callable[..., Any])

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.errors import WireError
+from rotor_common.errors import WireError
+from rotor_interfaces.channels import channels_of
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import MAX_CHANNELS
-from vibration_monitor.names import channels_of
+from vibration_monitor.monitor_config import MAX_CHANNELS
 
 MAX_REVOLUTIONS = 1 << 40
 """A shaft angle beyond is none: it is decades of running, and float64 grows coarse there."""

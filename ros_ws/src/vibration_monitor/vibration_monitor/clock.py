@@ -5,8 +5,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.constants import NANOSECONDS
-from rotor_interfaces.errors import WireError
+from rotor_common.constants import NANOSECONDS
+from rotor_common.errors import WireError
 from rotor_interfaces.messages import sample_stamp_ns
 
 FASTEST_HZ = NANOSECONDS

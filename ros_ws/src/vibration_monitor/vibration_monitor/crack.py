@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotor_interfaces.constants import GRAVITY_M_S2
+from rotor_common.constants import GRAVITY_M_S2
 from vibration_monitor.crack_model import (
     BETAS_RAD,
     CRACK_ORDERS,

@@ -24,7 +24,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from rotor_interfaces.config import ConfigModel, quantity
+from rotor_common.configuration import ConfigModel, quantity
 
 PROBES = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
 """Displacements that the estimate needs, in the order of `CrackWindow`."""

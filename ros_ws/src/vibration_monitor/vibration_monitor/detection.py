@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from vibration_monitor.config import AlarmConfig, AlarmRule
+from vibration_monitor.monitor_config import AlarmConfig, AlarmRule
 from vibration_monitor.names import indicator_unit
 
 CANNOT_JUDGE = 'cannot judge'

@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.constants import GRAVITY_M_S2
-from vibration_monitor.config import MonitorConfig
+from rotor_common.constants import GRAVITY_M_S2
+from rotor_interfaces.channels import is_acceleration, planes_of
 from vibration_monitor.crack import CrackEstimator
 from vibration_monitor.crack_model import CrackWindow
 from vibration_monitor.envelope import envelope_spectrum, is_resolved
+from vibration_monitor.monitor_config import MonitorConfig
 from vibration_monitor.names import (
     CRACK_INDICATORS,
     ENVELOPE_LINES,
@@ -22,9 +23,7 @@ from vibration_monitor.names import (
     RATIO_ORDERS,
     TREND_ORDERS,
     channel_indicators,
-    is_acceleration,
     plane_indicators,
-    planes_of,
     window_indicators,
 )
 from vibration_monitor.orbit_shape import ORBIT_ORDERS, orbit_shape

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages, topics
-from rotor_interfaces.constants import NANOSECONDS
 from rotor_interfaces.messages import MessageFactory
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
 from rotor_interfaces.waveform import WaveformBlock, encode

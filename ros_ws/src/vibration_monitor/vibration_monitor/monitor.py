@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from rotor_interfaces.gaps import Continuity, SampleContinuity
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.block_columns import (
@@ -28,11 +29,10 @@ from vibration_monitor.block_columns import (
 )
 from vibration_monitor.buffer import SampleBuffer
 from vibration_monitor.clock import BlockClock, own_rate
-from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import AlarmState, Level, RuleJudge
 from vibration_monitor.indicators import Analyser, OrderSpectrum, Window
 from vibration_monitor.keyphasor import KeyphasorAngle, PulseCounts
-from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
+from vibration_monitor.monitor_config import MonitorConfig
 
 MAX_WINDOW_SAMPLES = 1 << 20
 """A window with more samples (a shaft that hardly turns) is invalid; this bounds the memory."""

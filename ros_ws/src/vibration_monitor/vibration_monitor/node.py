@@ -7,18 +7,18 @@ import sys
 import time
 from typing import Any
 
+from rotor_common.constants import NANOSECONDS
+from rotor_common.errors import WireError
 from rotor_interfaces import messages, ros, topics
-from rotor_interfaces.constants import NANOSECONDS
-from rotor_interfaces.errors import WireError
 from rotor_interfaces.gaps import FirstSource
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.ros import Node
 from rotor_interfaces.run_topics import RUN_ID, Progress, RunTopics
 from rotor_interfaces.waveform import decode
-from vibration_monitor.config import MonitorConfig
 from vibration_monitor.detection import Level
 from vibration_monitor.messages import MonitorMessages
 from vibration_monitor.monitor import VibrationMonitor
+from vibration_monitor.monitor_config import MonitorConfig
 
 READY_CHECK_S = 0.05
 SILENCE_S = 5.0

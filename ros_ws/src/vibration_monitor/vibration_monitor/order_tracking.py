@@ -13,15 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import spline_filter1d
 
+from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from vibration_monitor._kernels import quintic_spline
 from vibration_monitor.errors import MonitorError
-
-MIN_SAMPLES_PER_CYCLE = 6
-"""Below this a quintic spline changes an amplitude by more than 1e-4.
-
-Its gain at x cycles a sample is 120 sinc(x)^6 / (66 + 52 cos(2 pi x) + 2 cos(4 pi x)), the
-cardinal spline of Unser, IEEE Signal Processing Magazine 16 (1999) 22-38: 0.99993 at 1/6.
-"""
 
 SPLINE_DEGREE = 5
 _MIN_POINTS, _MAX_POINTS = 64, 8192

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sensors: configuration, presets, IMU; `chain` measures and is slow to import (numba)."""
 
-from rotor_sim.sensors.config import SensorConfig
 from rotor_sim.sensors.imu import ImuDecimator, ImuSample
 from rotor_sim.sensors.presets import PRESETS
+from rotor_sim.sensors.sensor_config import SensorConfig
 
 __all__ = [
     'PRESETS',

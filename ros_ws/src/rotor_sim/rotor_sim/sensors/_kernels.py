@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from rotor_interfaces.constants import LANES
+from rotor_common.constants import LANES
 from rotor_sim.sensors._plain import (
     BIAS,
     CHANNELS,

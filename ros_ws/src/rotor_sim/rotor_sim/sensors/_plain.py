@@ -11,8 +11,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces import machine_code
-from rotor_interfaces.constants import LANES
+from rotor_common import machine_code
+from rotor_common.constants import LANES
 
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])

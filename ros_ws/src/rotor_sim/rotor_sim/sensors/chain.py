@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_interfaces.constants import LANES
+from rotor_common.constants import LANES
 from rotor_interfaces.waveform import (
     ACCELERATION_COLUMNS,
     CHANNEL_COLUMNS,
@@ -23,9 +23,15 @@ from rotor_interfaces.waveform import (
     WAVEFORM_DTYPE,
 )
 from rotor_sim.sensors import _kernels, _plain
-from rotor_sim.sensors.config import Channel, FixedErrors, NoiseLevels, ProbeErrors, SensorConfig
 from rotor_sim.sensors.housing import at_rest, matrices
 from rotor_sim.sensors.imu import ImuDecimator, ImuSample
+from rotor_sim.sensors.sensor_config import (
+    Channel,
+    FixedErrors,
+    NoiseLevels,
+    ProbeErrors,
+    SensorConfig,
+)
 
 Array = NDArray[np.float64]
 Imu = tuple[tuple[ImuSample, ...], tuple[ImuSample, ...]]
@@ -155,7 +161,7 @@ class SensorChain:
 
         Args:
             first_sample: absolute index of the first sample.
-            out: (n, 12 or more), columns of `rotor_sim._kernels`; 12 to 15 where there is a
+            out: (n, 12 or more), columns of `rotor_sim.plant._kernels`; 12 to 15 where there is a
                 housing.
             turns: (n,) whole turns of the shaft.
             angle: (n,) the rest of its angle in rad.

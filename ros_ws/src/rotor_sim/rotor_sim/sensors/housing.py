@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rotor_sim.sensors.config import Housing
+from rotor_sim.sensors.sensor_config import Housing
 
 Array = NDArray[np.float64]
 

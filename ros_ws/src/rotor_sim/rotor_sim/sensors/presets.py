@@ -5,7 +5,7 @@
 import math
 from typing import Any, Literal, NamedTuple
 
-from rotor_interfaces.constants import STANDARD_GRAVITY_M_S2
+from rotor_common.constants import STANDARD_GRAVITY_M_S2
 
 Preset = Literal[
     'none',

@@ -10,11 +10,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.config import MonitorConfig
 from vibration_monitor.crack_baseline import learn_baseline
 from vibration_monitor.crack_model import PROBES, CrackBaseline, CrackConfig, CrackWindow
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
+from vibration_monitor.monitor_config import MonitorConfig
 
 _LEVEL_SHARE = 0.8
 """The difference from the reference alone never takes the score beyond this part of the alarm."""

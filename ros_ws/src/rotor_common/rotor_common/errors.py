@@ -1,0 +1,29 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that the rig raises on purpose: one clear sentence each, shown without a traceback."""
+
+
+class RigError(Exception):
+    """Base of every error that a user of the rig can cause and mend."""
+
+
+class ConfigError(RigError, ValueError):
+    """A key, type or value in a scenario or parameter set that is not allowed."""
+
+
+class WireError(RigError, ValueError):
+    """A message that breaks the wire contract."""
+
+
+class DataError(RigError, ValueError):
+    """A text or file of plain data (YAML, JSON, CSV) that is not taken as such."""
+
+
+class ProcessError(RigError):
+    """A process of the rig that failed."""
+
+
+def refusal(error: OSError) -> str:
+    """Return in words what the system refused, and of which file where it says so."""
+    what = error.strerror or str(error)
+    return f'{what}: {error.filename}' if error.filename else what

@@ -1,0 +1,15 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers and units as people read them on screens and in tables."""
+
+import math
+
+
+def people_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that screens use for a unit of the wire, and how many make one of it."""
+    return ('um', 1e6) if unit == 'm' else (unit, 1.0)
+
+
+def number_text(value: float, form: str, unit: str = '') -> str:
+    """Return a number as people read it, formatted by `form`; '-' where it is not known."""
+    return f'{value:{form}} {unit}'.rstrip() if math.isfinite(value) else '-'

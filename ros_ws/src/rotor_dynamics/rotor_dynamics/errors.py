@@ -1,0 +1,9 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of the analyses."""
+
+from rotor_common.errors import RigError
+
+
+class AnalysisError(RigError, ValueError):
+    """An analysis that cannot be made as asked: a range, a step or a folder that does not serve."""

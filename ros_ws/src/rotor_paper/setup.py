@@ -1,0 +1,47 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+# Written by scripts/package_files.py from ros_ws/packages.toml.
+"""Hou, Chen, Cao and Lu (2016) reproduced: figures and claims, recomputed and judged."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'rotor_paper'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description=__doc__,
+    author='The cracked rotor rig authors',
+    license='Apache-2.0',
+    python_requires='>=3.11,<3.14',
+    package_dir={'': '.'},
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed', '**/*.csv', '**/*.xml', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        *(
+            (f'share/{PACKAGE}/{folder}', files)
+            for folder in ('config', 'launch', 'security')
+            if (files := glob(f'{folder}/*.*'))
+        ),
+    ],
+    install_requires=[
+        'matplotlib>=3.9',
+        'numpy>=2.1',
+        'pillow>=11.0',
+        'rotor_common==0.1.0',
+        'rotor_dynamics==0.1.0',
+        'rotor_sim==0.1.0',
+        'scipy>=1.14',
+        'typer>=0.15',
+    ],
+    entry_points={
+        'rotor_rig.commands': [
+            'paper = rotor_paper.paper_command:paper',
+        ],
+    },
+    zip_safe=False,
+)

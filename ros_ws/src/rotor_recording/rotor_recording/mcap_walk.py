@@ -1,0 +1,244 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The walk through an MCAP file from record to record: its structure, and where that is damaged."""
+
+from bisect import bisect_right
+from collections import Counter, defaultdict
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, DataEnd, Footer, Metadata, Schema, Statistics
+from mcap.writer import MCAP0_MAGIC
+
+from rotor_recording import mcap_records
+from rotor_recording.errors import RecordingInputError
+from rotor_recording.mcap_records import (
+    CHUNK,
+    FOOTER_BYTES,
+    INDEX,
+    MAX_BYTES,
+    MESSAGE,
+    RECORD,
+    MessageIndices,
+    RecordType,
+)
+
+RUN_BYTES = 2**20
+"""Messages outside of chunks are read in runs of about this size."""
+
+
+class Segment(NamedTuple):
+    """A chunk, or a run of messages outside of chunks; the times are log times in ns.
+
+    `channels` are those of its messages, None where only reading it would tell.
+    """
+
+    start_ns: int
+    end_ns: int
+    offset: int
+    length: int
+    is_chunk: bool
+    channels: frozenset[int] | None = None
+
+
+class Connection(NamedTuple):
+    """A topic of a recording: full name, type, message encoding, QoS profiles as YAML text."""
+
+    topic: str
+    type: str
+    encoding: str
+    qos_profiles: str
+
+
+class McapWalk:
+    """What a walk through a file finds; `McapFile` says what it means."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.damage: list[str] = []
+        self.segments: list[Segment] = []
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.counts: Counter[int] = Counter()
+        self.start_ns: int | None = None
+        self.end_ns: int | None = None
+        self.unread: set[Segment] = set()
+        self.is_indexed = False
+        self.lost_bytes = 0
+        self.lost_messages: int | None = 0
+        self._indexed: defaultdict[int, MessageIndices] = defaultdict(MessageIndices)
+        self._counted: Counter[int] = Counter()
+        self._defined: set[int] = set()
+        self._times: dict[int, tuple[int, int]] = {}
+        self._loose = 0
+        self._is_data_sound = False
+        self._is_data_over = False
+        self._statistics: Statistics | None = None
+        self._finalised = False
+
+    def _note(self, text: str) -> None:
+        sentence = f'{self.path.name}: {text}'
+        if sentence not in self.damage:
+            self.damage.append(sentence)
+
+    def _walk(self, file: BinaryIO, size: int, *, is_mcap: bool) -> None:
+        if not is_mcap:
+            kind = 'is empty' if size == 0 else 'is not an MCAP file (its first bytes differ)'
+            raise RecordingInputError(
+                f'{self.path} {kind}; give a .mcap file or the folder of a bag'
+            )
+        position = len(MCAP0_MAGIC)
+        while not self._finalised:
+            file.seek(position)
+            head = file.read(RECORD.size)
+            opcode, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
+            end = position + RECORD.size + length
+            if opcode and end <= size:
+                self._take(file, opcode, position, length)
+                position = end
+                continue
+            places = mcap_records.known_places(file, size)
+            later = bisect_right(places, position)
+            if later == len(places):
+                broken = size - position
+                self.lost_bytes += broken
+                self.lost_messages = None
+                self._note(
+                    f'it was not finalised, or is cut, at byte {position}'
+                    + (f'; the {broken} bytes of a broken record there are left out' * bool(broken))
+                )
+                return
+            self._note(f'bytes {position} to {places[later]} are damaged and left out')
+            self.lost_bytes += places[later] - position
+            self.lost_messages = None
+            position = places[later]
+            self._is_data_over = position == places[-1]  # where the summary begins
+        self._check_end(file, position, size)
+
+    def _take(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
+        """Note one record, whose content is the next `length` bytes of the file."""
+        if self._is_data_over and opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+            self._note(f'the record at byte {position} does not belong there, ignored')
+        elif opcode == Opcode.CHUNK:
+            head = file.read(min(length, CHUNK.size))
+            start_ns, end_ns = CHUNK.unpack(head)[:2] if len(head) == CHUNK.size else (0, 0)
+            self._times[position] = (start_ns, end_ns)
+            self.segments.append(
+                Segment(start_ns, end_ns, position + RECORD.size, length, is_chunk=True)
+            )
+        elif opcode == Opcode.MESSAGE:
+            self._take_message(file, position, length)
+        elif opcode == Opcode.MESSAGE_INDEX:
+            if self.segments and length <= MAX_BYTES:
+                offset = self.segments[-1].offset
+                self._indexed[offset].take(file.read(length))
+                self._counted[offset] = self._indexed[offset].counts.total()
+        elif length > MAX_BYTES:
+            self._note(f'the record at byte {position} is too large ({length} bytes), ignored')
+        else:
+            self._take_small(file, opcode, position, length)
+
+    def _take_small(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
+        """Read one of the records that describe the file."""
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self._define(opcode, file.read(length))
+        elif opcode == Opcode.CHUNK_INDEX:
+            self._check_times(file.read(length))
+        elif opcode == Opcode.METADATA:
+            metadata = self._parse(Metadata, file.read(length))
+            if metadata is not None:
+                self.metadata[metadata.name] = metadata.metadata
+        elif opcode == Opcode.STATISTICS:
+            self._statistics = self._parse(Statistics, file.read(length))
+        elif opcode == Opcode.DATA_END:
+            self._is_data_over = True
+            self._check_data(file, self._parse(DataEnd, file.read(length)), position)
+        elif opcode == Opcode.FOOTER:
+            self._finalised = True
+            self._check_summary(file, self._parse(Footer, file.read(length)), position)
+
+    def _check_times(self, content: bytes) -> None:
+        """Compare the times in the head of a chunk, which has no checksum, with the index."""
+        if len(content) >= INDEX.size and self._times:
+            start_ns, end_ns, offset = INDEX.unpack_from(content)
+            if self._times.get(offset, (start_ns, end_ns)) != (start_ns, end_ns):
+                self._note(f'the chunk at byte {offset} and its index disagree about its times')
+
+    def _take_message(self, file: BinaryIO, position: int, length: int) -> None:
+        self._loose += 1
+        head = file.read(min(length, MESSAGE.size))
+        log_time = MESSAGE.unpack(head)[2] if len(head) == MESSAGE.size else 0
+        end = position + RECORD.size + length
+        last = self.segments[-1] if self.segments else None
+        if last is None or last.is_chunk or end - last.offset > RUN_BYTES:
+            self.segments.append(Segment(log_time, log_time, position, end - position, False))
+        else:
+            start_ns, end_ns = min(last.start_ns, log_time), max(last.end_ns, log_time)
+            self.segments[-1] = Segment(start_ns, end_ns, last.offset, end - last.offset, False)
+
+    def _define(self, opcode: int, content: bytes) -> list[int]:
+        """Take a definition; return the channel that is now known."""
+        if opcode == Opcode.SCHEMA:
+            schema = self._parse(Schema, content)
+            if schema is not None:
+                self.schemas[schema.id] = schema
+            return []
+        channel = self._parse(Channel, content)
+        if channel is None:
+            return []
+        self.channels[channel.id] = channel
+        return [channel.id]
+
+    def _parse(self, record: type[RecordType], content: bytes) -> RecordType | None:
+        parsed = mcap_records.parse(record, content)
+        if parsed is None:
+            self._note(f'a {record.__name__} record is damaged and ignored')
+        return parsed
+
+    def _check_end(self, file: BinaryIO, position: int, size: int) -> None:
+        file.seek(position)
+        extra = size - position - len(MCAP0_MAGIC)
+        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            self._note('the mark at the very end is missing, everything before it is whole')
+        elif extra:
+            self._note(f'{extra} bytes after the end of the recording are ignored')
+
+    def _check_data(self, file: BinaryIO, data_end: DataEnd | None, position: int) -> None:
+        # Chunks have their own checksum, so only messages outside of chunks need this one.
+        if data_end is None or not data_end.data_section_crc:
+            return
+        if not self._loose:
+            return
+        self._is_data_sound = mcap_records.checksum(file, 0, position) == data_end.data_section_crc
+        if not self._is_data_sound:
+            self._note(
+                'the checksum of the data section does not fit, so messages outside of chunks '
+                'may be damaged'
+            )
+
+    def _drop_loose_messages(self) -> None:
+        """Believe messages between chunks only if a checksum vouches for them.
+
+        Writers use chunks for all messages or for none; beside chunks, a message is most likely
+        another record with a damaged opcode.
+        """
+        chunks = [segment for segment in self.segments if segment.is_chunk]
+        if chunks and self._loose and not self._is_data_sound:
+            self._note(
+                f'{self._loose} messages between the chunks are left out, since no checksum '
+                'vouches for them'
+            )
+            self.segments = chunks
+            self._loose = 0
+
+    def _check_summary(self, file: BinaryIO, footer: Footer | None, position: int) -> None:
+        if footer is None or not footer.summary_crc:
+            return
+        start = footer.summary_start or position
+        # the sum covers the footer up to itself
+        end = position + FOOTER_BYTES - 4
+        if start > position or mcap_records.checksum(file, start, end) != footer.summary_crc:
+            self._statistics = None
+            self._note('the summary is damaged, so the messages themselves were counted')

@@ -1,0 +1,200 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenario files: one YAML describes a run, live and offline alike."""
+
+import math
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Self
+
+import pydantic
+
+from maneuver_gen.config import ManeuverConfig, resolve_paths
+from maneuver_gen.load_grid import check_duration
+from rotor_common.configuration import quantity, unit_of
+from rotor_common.constants import OFFLINE_EPOCH_NS
+from rotor_common.errors import DataError, RigError
+from rotor_common.plain_data import LARGEST_YAML, dump_yaml, parse_yaml
+from rotor_common.text_file import read_text
+from rotor_recording.bag_folder import is_recording
+from rotor_recording.reading import Recording
+from rotor_rig.errors import ScenarioError
+from rotor_sim.plant.parameters import RotorParameters
+from rotor_sim.rotor_config import RotorSimConfig
+from vibration_monitor.monitor_config import MonitorConfig
+
+DEFAULT_SCENARIO = 'climb_dive'
+LONGEST_BLOCK_S = 2.0
+ROUNDING = 1e-3
+"""A value of the monitor that differs from the rotor's by less was only rounded."""
+
+
+class Scenario(RotorSimConfig):
+    """Everything that a run depends on: rotor, speed, sensors, manoeuvre, monitor, length, seed."""
+
+    name: str = pydantic.Field(
+        pattern='^[A-Za-z0-9_-]+$',
+        description='short name of letters, digits, _ and -, used for the recording',
+    )
+    description: str = pydantic.Field('', description='what the scenario shows, for people')
+    duration_s: float = quantity(20.0, unit='s', description='length of the run', gt=0, le=86400)
+    epoch_ns: int = quantity(
+        OFFLINE_EPOCH_NS, unit='ns', description='stamp of time 0 in an offline run', ge=0, lt=2**62
+    )
+    maneuver: ManeuverConfig = pydantic.Field(description='what the aircraft flies')
+    monitor: MonitorConfig = pydantic.Field(
+        default_factory=MonitorConfig, description='what the monitor computes and when it warns'
+    )
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
+        """Return the scenario for plain data; what the monitor must know of the rotor is filled in.
+
+        Raises ConfigError for a key, type or value that is not allowed.
+        """
+        return super().from_mapping(_with_facts_of_the_rotor(data), where)
+
+    @pydantic.model_validator(mode='after')
+    def _flight_covers_the_run(self) -> Self:
+        check_duration(self.maneuver, self.duration_s)
+        if self.block_samples > LONGEST_BLOCK_S * self.rate_hz:
+            raise ScenarioError(
+                f'block_samples = {self.block_samples} at rate_hz = {self.rate_hz} is longer than '
+                f'{LONGEST_BLOCK_S:g} s, more than the load is published ahead; make it shorter'
+            )
+        return self
+
+    def rotor_sim(self) -> RotorSimConfig:
+        """Return the part that the simulator needs."""
+        return RotorSimConfig.from_mapping(
+            {name: value for name, value in self.plain().items()
+             if name in RotorSimConfig.model_fields}
+        )  # fmt: skip
+
+    def warnings(self) -> list[str]:
+        """Return one sentence for each value of the monitor that contradicts the rotor."""
+        rotor = self.parameters()
+        return [
+            f'monitor.{prefix}{name} = {getattr(section, name):g} contradicts the rotor, which '
+            f'has {value:g}; leave it out unless the monitor is to be wrong'
+            for section, prefix, facts in (
+                (self.monitor.crack, 'crack.', _crack_facts(rotor)),
+                (self.monitor, '', _bearing_facts(rotor)),
+            )
+            for name, value in facts.items()
+            if not math.isclose(getattr(section, name), value, rel_tol=ROUNDING)
+        ]
+
+    def plain(self) -> dict[str, Any]:
+        """Return the scenario as plain data that makes an equal scenario again."""
+        return self.model_dump(mode='json')
+
+    def yaml(self) -> str:
+        """Return the YAML of an equal scenario: every value, the rotor's with their units."""
+        return ''.join(
+            _rotor_yaml(value) if key == 'rotor' else dump_yaml({key: value})
+            for key, value in self.plain().items()
+        )
+
+
+def _rotor_yaml(rotor: Mapping[str, float]) -> str:
+    lines = ['rotor:\n']
+    for name, value in rotor.items():
+        unit = unit_of(RotorParameters.model_fields[name])
+        comment = f'  # {unit}' if unit not in ('', '1') else ''
+        lines.append(f'  {dump_yaml({name: value}).rstrip()}{comment}\n')
+    return ''.join(lines)
+
+
+def _with_facts_of_the_rotor(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return scenario data whose monitor has what the file leaves open and the rotor tells.
+
+    Data that are not allowed come back as they are: they are refused by their key afterwards.
+    """
+    monitor, variant = data.get('monitor', {}), data.get('variant', 'derived')
+    crack = monitor.get('crack', {}) if isinstance(monitor, Mapping) else None
+    if not isinstance(crack, Mapping) or not isinstance(variant, str):
+        return data
+    try:
+        rotor = RotorParameters.hou2016(variant, **data.get('rotor', {}))
+    except (RigError, TypeError):
+        return data
+    crack = _crack_facts(rotor) | dict(crack)
+    return {**data, 'monitor': _bearing_facts(rotor) | dict(monitor) | {'crack': crack}}
+
+
+def _crack_facts(rotor: RotorParameters) -> dict[str, float]:
+    """Return the values of `monitor.crack` that follow from the rotor."""
+    return {
+        'rigid_critical_speed_rad_s': rotor.critical_speed_rad_s,
+        'damping_ratio': rotor.damping_ratio,
+        'crack_half_angle_rad': rotor.crack_half_angle_rad,
+    }
+
+
+def _bearing_facts(rotor: RotorParameters) -> dict[str, float]:
+    """Return the values of `monitor` that follow from the bearings."""
+    return {'ball_pass_order': rotor.ball_pass_order, 'ball_count': rotor.ball_count}
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the rig."""
+    folder = files('rotor_rig') / 'scenarios'
+    return sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith('.yaml'))
+
+
+def load_scenario(source: str, **changes: Any) -> Scenario:
+    """Return the scenario of a shipped name, a YAML file or a recording.
+
+    Args:
+        source: a name from `shipped_scenarios`, a path to a YAML file, or a recording, whose
+            run it then repeats, parameter changes included.
+        changes: top-level keys that replace the file's, such as `duration_s`.
+
+    Raises:
+        ScenarioError: not found, not readable, not YAML.
+        ConfigError: a key, type or value that is not allowed.
+
+    """
+    path = Path(source)
+    if source in shipped_scenarios():
+        text = (files('rotor_rig') / 'scenarios' / f'{source}.yaml').read_text('utf-8')
+        data = _parse(text, source)
+    elif is_recording(path):
+        data = _from_recording(path)
+    elif path.is_file():
+        data = _parse(_read(path), source)
+    else:
+        raise ScenarioError(
+            f'scenario {source!r} is neither a file nor one of {", ".join(shipped_scenarios())}'
+        )
+    data.setdefault('name', path.stem)
+    if 'maneuver' in data:
+        data['maneuver'] = resolve_paths(data['maneuver'], path.parent.resolve())
+    return Scenario.from_mapping({**data, **changes})
+
+
+def _read(path: Path) -> str:
+    try:
+        return read_text(path, LARGEST_YAML)
+    except DataError as error:
+        raise ScenarioError(f'scenario {error}') from None
+
+
+def _parse(text: str, source: str) -> dict[str, Any]:
+    try:
+        data = parse_yaml(text)
+    except DataError as error:
+        raise ScenarioError(f'scenario {source}: {error}') from None
+    if not isinstance(data, dict):
+        raise ScenarioError(f'scenario {source} must be a mapping of keys such as `maneuver`')
+    return data
+
+
+def _from_recording(path: Path) -> dict[str, Any]:
+    config = Recording(path).config()
+    scenario = (config or {}).get('scenario')
+    if not isinstance(scenario, Mapping) or not scenario:
+        raise ScenarioError(f'recording {path} holds no scenario, so its run cannot be repeated')
+    return dict(scenario)

@@ -1,0 +1,14 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rerun view of the rig: live, of recordings, as pictures. Importing this imports rerun."""
+
+import os
+
+# rerun's allocator, which reads this when rerun is loaded, otherwise keeps what was freed
+os.environ.setdefault('MIMALLOC_PURGE_DELAY', '0')
+
+from rotor_view.offline import view_recording
+from rotor_view.rig_view import RigView
+from rotor_view.viewer import ViewError
+
+__all__ = ['RigView', 'ViewError', 'view_recording']
