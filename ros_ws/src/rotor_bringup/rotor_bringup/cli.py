@@ -63,7 +63,7 @@ class _Group(TyperGroup):
 
 app = typer.Typer(
     cls=_Group,
-    help='A virtual rig of a cracked rotor in flight manoeuvres, on ROS 2 Jazzy.',
+    help='A virtual rig of a cracked rotor in flight maneuvers, on ROS 2 Jazzy.',
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
