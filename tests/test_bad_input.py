@@ -37,7 +37,7 @@ def maneuver(**keys: Any) -> dict[str, Any]:
 SCENARIOS: dict[str, tuple[dict[str, Any], list[str]]] = {
     'unknown key': (changed(durations=3), ['durations', 'duration_s']),
     'unknown nested key': (changed(speed={'inital_rad_s': 3}), ['speed.inital_rad_s', 'initial']),
-    'no manoeuvre': ({'duration_s': 1.0}, ['maneuver', 'missing']),
+    'no maneuver': ({'duration_s': 1.0}, ['maneuver', 'missing']),
     'duration zero': (changed(duration_s=0), ['duration_s = 0', 'above 0', '86400 s']),
     'duration text': (changed(duration_s='long'), ["duration_s = 'long'", 'number']),
     'duration NaN': (changed(duration_s=float('nan')), ['duration_s']),
@@ -311,7 +311,7 @@ PARAMETERS: dict[str, tuple[str, list[str], list[str]]] = {
         ["duration_s = 'long'", 'float'],
     ),
     'lead too long': ('maneuver_gen.node', ['lead_s:=100.0'], ['lead_s = 100', '0.1 to 10']),
-    'manoeuvre is no JSON': ('maneuver_gen.node', ['config:=climb'], ['JSON']),
+    'maneuver is no JSON': ('maneuver_gen.node', ['config:=climb'], ['JSON']),
     'rate negative': ('rotor_sim.node', ['rate:=-1.0'], ['rate = -1', '0 to 1000']),
     'scenario is no JSON': ('rotor_sim.node', ['scenario:=climb'], ['JSON']),
     'crack too deep': (

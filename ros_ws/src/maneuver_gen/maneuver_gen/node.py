@@ -12,9 +12,9 @@ import sys
 import time
 from typing import Any
 
-from maneuver_gen.config import parse_maneuver
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import load_grid
+from maneuver_gen.registry import parse_maneuver
 from rotor_common.constants import LOAD_STEP_NS, NANOSECONDS
 from rotor_common.errors import ConfigError
 from rotor_interfaces import messages, ros, topics
@@ -30,7 +30,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
     def __init__(self) -> None:
         super().__init__('maneuver_gen')
         config = ros.declare(
-            self, 'config', '', 'manoeuvre section of a scenario as JSON; empty: level flight'
+            self, 'config', '', 'maneuver section of a scenario as JSON; empty: level flight'
         )
         duration_s = ros.declare(self, 'duration_s', 20.0, 'length of the flight [s]')
         self._lead_s = ros.declare(

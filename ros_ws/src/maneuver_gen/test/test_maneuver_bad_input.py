@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong manoeuvres and flight files, each with the sentence that it must get."""
+"""Wrong maneuvers and flight files, each with the sentence that it must get."""
 
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from maneuver_gen import ManeuverError, load_grid, parse_maneuver
-from maneuver_gen.recorded import read_flight
+from maneuver_gen.maneuvers.recorded import read_flight
 from rotor_common.errors import ConfigError, RigError
 
 LEVEL = {'profile': 'constant'}
@@ -23,15 +23,21 @@ def sequence(*segments: Any, **changes: Any) -> dict[str, Any]:
 
 
 BAD_MANEUVERS: list[tuple[Any, str]] = [
-    (None, 'a manoeuvre is a mapping with the key profile; choose one of constant, step, ramp'),
-    ([], 'a manoeuvre is a mapping with the key profile'),
-    ({}, 'profile is missing; choose one of constant, step'),
+    (
+        None,
+        'a maneuver is a mapping with the key profile; choose one of climb_dive, constant, gusts',
+    ),
+    ([], 'a maneuver is a mapping with the key profile'),
+    ({}, 'profile is missing; choose one of climb_dive, constant'),
     (
         {'profile': 'climbdive'},
         "profile = 'climbdive' is not known here; did you mean 'climb_dive'",
     ),
-    ({'profile': 'hover'}, "profile = 'hover' is not known here; choose one of constant, step"),
-    ({'profile': 3}, 'profile = 3 is not known here; choose one of constant'),
+    (
+        {'profile': 'hover'},
+        "profile = 'hover' is not known here; choose one of climb_dive, constant",
+    ),
+    ({'profile': 3}, 'profile = 3 is not known here; choose one of climb_dive'),
     ({**LEVEL, 'load_factor': 12.1}, 'load_factor = 12.1 is out of range; allowed: -3 to 12'),
     ({**LEVEL, 'load_factor': -3.1}, 'load_factor = -3.1 is out of range; allowed: -3 to 12'),
     ({**LEVEL, 'load_factor': float('nan')}, 'load_factor = nan is out of range'),
@@ -108,11 +114,11 @@ BAD_MANEUVERS: list[tuple[Any, str]] = [
     ),
     (
         sequence(part(sequence(part(LEVEL)))),
-        "segments[0].maneuver: profile = 'sequence' is not known here; choose one of constant",
+        "segments[0].maneuver: profile = 'sequence' is not known here; choose one of climb_dive",
     ),
     (sequence(part(LEVEL), blend_s=0.0), 'blend_s = 0.0 is out of range; allowed: 0.05 to 60 s'),
-    ('{', 'the manoeuvre is not valid JSON'),
-    ('', 'the manoeuvre is not valid JSON'),
+    ('{', 'the maneuver is not valid JSON'),
+    ('', 'the maneuver is not valid JSON'),
 ]
 
 
@@ -122,7 +128,7 @@ def test_wrong_maneuver_gets_its_sentence(data: Any, sentence: str) -> None:
         parse_maneuver(data)
     assert sentence in str(caught.value)
     assert '\n' not in str(caught.value)
-    assert str(caught.value).startswith(('maneuver', 'the manoeuvre'))
+    assert str(caught.value).startswith(('maneuver', 'the maneuver'))
 
 
 def test_no_number_is_too_large_for_a_sentence() -> None:

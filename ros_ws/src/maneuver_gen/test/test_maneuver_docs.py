@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""docs/manoeuvres.md says what the code does: its tables, its examples, its figure."""
+"""docs/maneuvers.md says what the code does: its tables, its examples, its figure."""
 
 import re
 import subprocess
@@ -15,23 +15,14 @@ import pytest
 import yaml
 
 from maneuver_gen import load_grid, parse_maneuver, resolve_paths
-from maneuver_gen.config import (
-    ClimbDive,
-    Constant,
-    Gusts,
-    Ramp,
-    Recorded,
-    Sequence,
-    Sinusoid,
-    Step,
-    Turn,
-)
-from maneuver_gen.recorded import shipped_flights
+from maneuver_gen.maneuvers.climb_dive import ClimbDive
+from maneuver_gen.maneuvers.recorded import shipped_flights
+from maneuver_gen.registry import shipped_maneuvers
 from rotor_common.configuration import ConfigModel, bounds_of, range_text, unit_of
 
 DOCS = Path(__file__).resolve().parents[4] / 'docs'
-TEXT = (DOCS / 'manoeuvres.md').read_text('utf-8')
-MODELS = (Constant, Step, Ramp, Sinusoid, ClimbDive, Turn, Recorded, Gusts, Sequence)
+TEXT = (DOCS / 'maneuvers.md').read_text('utf-8')
+MODELS = tuple(shipped_maneuvers().values())
 EXAMPLES = re.findall(r'```yaml\n(.*?)```', TEXT, re.DOTALL)
 
 
@@ -81,13 +72,14 @@ def test_yaml_examples_run(tmp_path: Path, text: str) -> None:
 
 def test_there_is_an_example_of_every_profile() -> None:
     shown = {yaml.safe_load(text)['maneuver']['profile'] for text in EXAMPLES}
-    assert shown == {model.model_fields['profile'].default for model in MODELS}
+    assert shown == set(shipped_maneuvers())
+    assert set(re.findall('^### (.*)$', TEXT, re.MULTILINE)) == shown
 
 
 def test_python_example_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
     example = re.search(r'```python\n(.*?)```', TEXT, re.DOTALL)
     assert example is not None
-    exec(compile(example.group(1), 'manoeuvres.md', 'exec'), {})  # noqa: S102
+    exec(compile(example.group(1), 'maneuvers.md', 'exec'), {})  # noqa: S102
     expected = re.search(r'print\(.*?\)  # (.*)\n', example.group(1))
     assert expected is not None
     assert capsys.readouterr().out.strip() == expected.group(1)
@@ -129,11 +121,11 @@ def test_the_shipped_record_can_be_flown_from_any_folder(tmp_path: Path) -> None
 @pytest.mark.slow
 def test_the_figure_is_made_by_its_script(tmp_path: Path) -> None:
     path = tmp_path / 'figure.png'
-    script = DOCS / 'make_manoeuvre_figure.py'
+    script = DOCS / 'make_maneuver_figure.py'
     subprocess.run([sys.executable, '-W', 'error', str(script), str(path)], check=True)
     matplotlib_image = pytest.importorskip('matplotlib.image')
     made = matplotlib_image.imread(path)
-    shown = matplotlib_image.imread(DOCS / 'images' / 'manoeuvres.png')
+    shown = matplotlib_image.imread(DOCS / 'images' / 'maneuvers.png')
     # the same matplotlib gives the same pixels; a climb angle of 0.35 for 0.36 rad gives 0.005
     assert made.shape == shown.shape
     assert np.abs(made - shown).mean() < 0.002

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from maneuver_gen import load_grid, parse_maneuver
-from maneuver_gen.gusts import BAND_HZ, gust_waves
+from maneuver_gen.maneuvers.gusts import BAND_HZ, gust_waves
 
 V, L = 120.0, 533.4  # 1750 ft, MIL-F-8785C above 2000 ft
 BANDS_HZ = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)

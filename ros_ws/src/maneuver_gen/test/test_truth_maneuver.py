@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Manoeuvres against kinematics and the paper, never against their own output.
+"""Maneuvers against kinematics and the paper, never against their own output.
 
 Sources: Hou et al. 2016, eq. (1); balance of forces in vertical flight and in the level turn.
 Axes: a load factor is apparent gravity (g - a) over 9.81 along rotor +y = -z_body.
@@ -11,9 +11,14 @@ import math
 import numpy as np
 import pytest
 
-from maneuver_gen import flight_path_angle, load_grid, parse_maneuver, profiles
-from maneuver_gen.config import ClimbDive
-from maneuver_gen.profiles import FloatArray, RatePulse
+from maneuver_gen import flight_path_angle, load_grid, parse_maneuver
+from maneuver_gen.curves import FloatArray
+from maneuver_gen.maneuvers.climb_dive import (
+    ClimbDive,
+    RatePulse,
+    vertical_plane_load_factor,
+)
+from maneuver_gen.maneuvers.turn import coordinated_turn_load_factor
 from rotor_common.constants import GRAVITY_M_S2
 
 
@@ -54,19 +59,19 @@ def test_load_is_gravity_minus_the_acceleration_of_the_trajectory() -> None:
 
 
 def test_flight_path_angle_is_the_integral_of_the_rate() -> None:
-    pulses = climb_dive().pulses()
+    config = climb_dive()
     times = np.linspace(0.0, 20.0, 200_001)
-    rate = profiles.flight_path_rate(times, pulses)
+    rate = config.flight_path_rate(times)
     integral = np.concatenate(([0.0], np.cumsum((rate[1:] + rate[:-1]) / 2.0) * 1e-4))
     # trapezoid rule: h^2/12 * change of slope, 1e-8/12 * 0.41 rad/s^2, summed over the pulses
-    np.testing.assert_allclose(profiles.flight_path_angle(times, pulses), integral, atol=1e-9)
+    np.testing.assert_allclose(flight_path_angle(config, times), integral, atol=1e-9)
 
 
 def test_loop_of_constant_rate() -> None:
     """A loop: rate v / g + 1 at the bottom, - 1 at the top, rate v / g halfway and on average."""
     rate, speed = 0.3, 100.0
     angle = np.radians(np.arange(360.0))
-    load = profiles.vertical_plane_load_factor(angle, np.full(360, rate), speed)
+    load = vertical_plane_load_factor(angle, np.full(360, rate), speed)
     pull = rate * speed / 9.81
     # rounding of a few sums of order 1
     np.testing.assert_allclose(
@@ -79,7 +84,7 @@ def test_a_ballistic_path_is_weightless() -> None:
     """Free fall turns the path with -g cos(angle) / v: nothing is felt, wherever on the arc."""
     angle = np.linspace(-1.5, 1.5, 31)
     rate = -9.81 * np.cos(angle) / 150.0
-    load = profiles.vertical_plane_load_factor(angle, rate, 150.0)
+    load = vertical_plane_load_factor(angle, rate, 150.0)
     assert np.abs(load).max() < 1e-15  # one rounding
 
 
@@ -155,7 +160,7 @@ def test_coordinated_turn(bank_deg: float, load_factor: float) -> None:
 def test_coordinated_turn_balances_the_centripetal_acceleration() -> None:
     """Without slip tan(bank) = a / g, and the load is the hypotenuse of g and a."""
     bank = np.linspace(-1.4, 1.4, 29)
-    load = profiles.coordinated_turn_load_factor(bank)
+    load = coordinated_turn_load_factor(bank)
     np.testing.assert_allclose(load, np.hypot(1.0, np.tan(bank)), rtol=1e-14)
 
 

@@ -33,7 +33,7 @@ def test_the_levels_of_the_grid_are_those_of_the_table() -> None:
     suite = load_suite('standard')
     ladder = ', '.join(f'{depth:g}' for depth in suite.crack_stiffness_ratios)
     assert f'| crack, K = dk/k | healthy; {ladder}; growing |' in PAGE
-    assert f'| manoeuvre | {", ".join(suite.families)} |' in PAGE
+    assert f'| maneuver | {", ".join(suite.families)} |' in PAGE
     assert f'| confounder | {", ".join(suite.confounders)} |' in PAGE
     assert all(f'`{family}`' in PAGE for family in suite.held_out_families)
     for group in suite.groups:

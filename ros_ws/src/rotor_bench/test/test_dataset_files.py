@@ -21,6 +21,7 @@ from rotor_bench.dataset.suite import Flight, plan_suite
 from rotor_bench.dataset.suite_config import load_suite
 from rotor_bench.dataset.write import Row, file_of, write_flights
 from rotor_bench.errors import DatasetError
+from rotor_bench.evaluation import suites
 from rotor_common import interrupt
 from rotor_common.versions import versions
 from rotor_dynamics.errors import AnalysisError
@@ -291,3 +292,25 @@ def test_arguments_that_do_not_serve_are_refused_before_a_folder_is_made(
 def test_no_manifest_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match=r'manifest\.parquet cannot be read'):
         read_manifest(tmp_path)
+
+
+def test_a_data_set_of_the_old_spelling_is_read_and_mended(
+    suite: str, made: Path, tmp_path: Path
+) -> None:
+    """Suite, manifest, journal and YAML once said `manoeuvre`."""
+    folder = tmp_path / 'set'
+    shutil.copytree(made, folder)
+    text = (folder / 'suite.json').read_text()
+    assert '"maneuver": {' in text
+    (folder / 'suite.json').write_text(text.replace('"maneuver": {', '"manoeuvre": {'))
+    table = parquet.read_table(folder / 'manifest.parquet')
+    old = ['manoeuvre' if name == 'maneuver' else name for name in table.column_names]
+    parquet.write_table(table.rename_columns(old), folder / 'manifest.parquet')
+    assert read_manifest(folder) == read_manifest(made)
+    assert suites.load(str(folder), seed=0, split='test', limit=None).config == load_suite(suite)
+    assert make_dataset(suite, folder, jobs=1).written == 0
+    assert tree(folder) == tree(made)
+    file = tmp_path / 'old.yaml'
+    file.write_text('base: smoke\nmanoeuvre: {blend_s: 0.7}\n')
+    smoke = load_suite('smoke')
+    assert load_suite(str(file)).maneuver == smoke.maneuver.model_copy(update={'blend_s': 0.7})

@@ -75,7 +75,7 @@ def test_every_growing_crack_has_a_healthy_flight_that_looks_the_same(name: str)
         assert (healthy.labels['decoy'], growing.labels['decoy']) == (True, False)
         assert healthy.scenario.crack_growth == ()
         assert healthy.scenario.parameters().crack_stiffness_ratio == 0.0
-        for label in ('manoeuvre', 'speed_program', 'confounder', 'eccentricity_m', 'clearance_m',
+        for label in ('maneuver', 'speed_program', 'confounder', 'eccentricity_m', 'clearance_m',
                       'forcing_n', 'noise', 'encoder'):  # fmt: skip
             assert healthy.labels[label] == growing.labels[label]
         assert healthy.scenario.maneuver != growing.scenario.maneuver  # drawn anew
@@ -104,7 +104,7 @@ def test_levels_and_pairs_of_levels_are_used_about_equally_often(group: str, cra
         assert max(pairs.values()) - min(pairs.values()) <= 2
 
 
-def test_every_depth_meets_every_manoeuvre_equally_often() -> None:
+def test_every_depth_meets_every_maneuver_equally_often() -> None:
     cells = Counter(
         (f.grid.crack_stiffness_ratio, f.grid.family) for f in flown_as('test', 'constant')
     )
@@ -256,7 +256,7 @@ def test_batches_hold_machines_that_can_fly_together() -> None:
     assert {f.scenario.substeps() for f in [*flights(SMOKE), *one_each]} == {2}
 
 
-def test_manoeuvres_load_the_rotor_as_their_names_say() -> None:
+def test_maneuvers_load_the_rotor_as_their_names_say() -> None:
     for flight in flights(STANDARD[::8]):
         least, greatest = flight.labels['load_factor_min'], flight.labels['load_factor_max']
         match flight.grid.family:

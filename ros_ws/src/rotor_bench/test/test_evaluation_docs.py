@@ -64,7 +64,7 @@ def test_the_results_are_of_the_suite_as_it_is() -> None:
     assert {(flight.machine, flight.number) for flight in planned} == set(found)
     for flight in planned:
         labels = found[flight.machine, flight.number]['labels']
-        assert labels['manoeuvre'] == flight.grid.family
+        assert labels['maneuver'] == flight.grid.family
         assert labels['crack_stiffness_ratio'] == flight.grid.crack_stiffness_ratio
         assert labels['speed_rad_s'] == pytest.approx(flight.rotor.speed_rad_s, rel=1e-5)
 

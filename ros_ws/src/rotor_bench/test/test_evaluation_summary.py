@@ -22,7 +22,7 @@ def flight(number: int, score: float, crack: float = 0.0, **changes: Any) -> Fli
         'crack': 'constant' if crack else 'healthy',
         'crack_stiffness_ratio': crack,
         'decoy': False,
-        'manoeuvre': 'pulls_3g',
+        'maneuver': 'pulls_3g',
         'held_out_family': False,
         'confounder': 'none',
         'speed_program': 'steady',
@@ -42,7 +42,7 @@ def flight(number: int, score: float, crack: float = 0.0, **changes: Any) -> Fli
 def growing(number: int, rises: tuple[tuple[float, float], ...], failure: str = '') -> FlightResult:
     base = flight(number, rises[-1][1] if rises else math.nan, 0.1)
     outcome = Outcome(score=base.outcomes['d'].score, rises=rises, failure=failure)
-    labels = {**base.labels, 'crack': 'growing', 'manoeuvre': 'mixed'}
+    labels = {**base.labels, 'crack': 'growing', 'maneuver': 'mixed'}
     return FlightResult(
         base.machine, number, 600.0, labels, ((0.0, 0.0), (600.0, 0.1)), {'d': outcome}
     )
@@ -201,10 +201,10 @@ def test_growing_cracks_are_followed_by_time_and_depth() -> None:
 
 def test_decoys_count_for_false_alarms_and_in_no_area() -> None:
     decoys = [
-        flight(100, 0.9, decoy=True, manoeuvre='mixed'),
-        flight(101, 1.5, alarms=2, decoy=True, manoeuvre='mixed'),
-        flight(102, 0.0, alarms=0, decoy=True, manoeuvre='mixed', failure='broke'),
-        flight(103, math.nan, alarms=0, decoy=True, manoeuvre='mixed'),
+        flight(100, 0.9, decoy=True, maneuver='mixed'),
+        flight(101, 1.5, alarms=2, decoy=True, maneuver='mixed'),
+        flight(102, 0.0, alarms=0, decoy=True, maneuver='mixed', failure='broke'),
+        flight(103, math.nan, alarms=0, decoy=True, maneuver='mixed'),
     ]
     usual = [*HEALTHY, flight(8, 0.65, 0.05), growing(100, ((60.0, 0.5), (120.0, 1.5)))]
     without, found = numbers(usual), numbers([*usual, *decoys])
@@ -214,7 +214,7 @@ def test_decoys_count_for_false_alarms_and_in_no_area() -> None:
     assert alarms['all']['events'] == without['false_alarms']['all']['events'] + 3
     assert alarms['decoys of growing cracks']['events'] == 3  # a failure is an alarm
     assert alarms['decoys of growing cracks']['of'] == 4
-    assert found['false_alarms_by']['manoeuvre']['mixed']['events'] == 3
+    assert found['false_alarms_by']['maneuver']['mixed']['events'] == 3
     assert found['growth']['own alarm']['decoys'] == {'alarmed': 2, 'flights': 4}
     # the failure stands above every threshold that can be asked for
     assert found['growth']['0 false alarms per hour']['decoys']['alarmed'] == 1
@@ -235,7 +235,7 @@ def content() -> dict[str, Any]:
         *HEALTHY,
         *(flight(8 + k, 0.3 * k, 0.05) for k in range(5)),
         growing(100, ((60.0, 0.5), (120.0, 2.5))),
-        flight(101, 1.5, decoy=True, manoeuvre='mixed'),
+        flight(101, 1.5, decoy=True, maneuver='mixed'),
     ]
     done = Evaluated(flights, 'process and Landlock 7', {'d': 1.0})
     return report.report(done, suite='s', seed=1, split='test', stored=False, wall_s=2.0)
@@ -270,7 +270,7 @@ def test_tables_pictures_and_page_are_made_from_the_file(tmp_path: Path) -> None
     text = results_page.tables(read)
     assert '| `d` |' in text or '`d`' in text
     assert 'alarm in 1 of 1 decoys' in text
-    assert 'nan' not in text.lower().replace('manoeuvre', '')
+    assert 'nan' not in text.lower().replace('maneuver', '')
 
 
 def test_tables_and_pictures_leave_out_what_is_not_known(tmp_path: Path) -> None:

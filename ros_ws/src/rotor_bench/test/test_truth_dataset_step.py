@@ -52,7 +52,7 @@ def test_finer_steps_change_less_than_a_probe_sees(
     finer, expected = clean(flight, 600)
     assert (substeps, finer) == (2, 6)
     flown = expected['load_y'].max() - expected['load_y'].min()
-    assert flown > 5.0, 'the manoeuvre must have begun'
+    assert flown > 5.0, 'the maneuver must have begun'
     for name in DISPLACEMENT_COLUMNS:
         error = rows[name].astype(np.float64) - expected[name]
         assert np.sqrt(np.mean(error**2)) < PROBE_NOISE_M, name

@@ -180,7 +180,7 @@ def _locate(
             owners = _models_in(field.annotation)
             path += f'.{step}' if path else step
             continue
-        # the tag of a discriminated union, or an unknown key
+        # the tag of a discriminated union, the class of a plugin, or an unknown key
         tagged = [o for o in owners if _has_tag(o, step)]
         if tagged:
             owners, owner = tagged, tagged[0]
@@ -193,10 +193,11 @@ def _locate(
 
 
 def _has_tag(model: type[ConfigModel], tag: str) -> bool:
-    return any(tag in get_args(f.annotation) for f in model.model_fields.values())
+    is_class = tag == f'{model.__module__}:{model.__qualname__}'
+    return is_class or any(tag in get_args(f.annotation) for f in model.model_fields.values())
 
 
 def _models_in(annotation: Any) -> list[type[ConfigModel]]:
     if isinstance(annotation, type) and issubclass(annotation, ConfigModel):
-        return [annotation]
+        return [annotation, *(m for kind in annotation.__subclasses__() for m in _models_in(kind))]
     return [m for part in get_args(annotation) for m in _models_in(part)]

@@ -34,7 +34,7 @@ class Step(ConfigModel):
 
 class Rig(ConfigModel):
     shaft: Shaft = Shaft()
-    manoeuvre: Annotated[Constant | Step, pydantic.Field(discriminator='profile')] = Constant(
+    maneuver: Annotated[Constant | Step, pydantic.Field(discriminator='profile')] = Constant(
         load_factor=1.0
     )
     steps: tuple[Step, ...] = ()
@@ -49,17 +49,17 @@ class Rig(ConfigModel):
          'above 0 N/m (stiffness a side)')),
         ({'shaft': {'crack_rato': 0.1}}, ("rig.shaft.crack_rato is not a known key; did you mean "
          "'crack_ratio'?")),
-        ({'qqq': 1}, 'rig.qqq is not a known key; allowed keys: manoeuvre, shaft, steps'),
+        ({'qqq': 1}, 'rig.qqq is not a known key; allowed keys: maneuver, shaft, steps'),
         ({'shaft': {'crack_ratio': 'deep'}}, ("rig.shaft.crack_ratio = 'deep' is not allowed; it "
          'must be a valid number, 0 to 0.5')),
-        ({'manoeuvre': {'profile': 'constant'}}, ('rig.manoeuvre.load_factor is missing; it is: '
+        ({'maneuver': {'profile': 'constant'}}, ('rig.maneuver.load_factor is missing; it is: '
          'load factor')),
-        ({'manoeuvre': {'profile': 'constant', 'load_factor': 20}},
-         'rig.manoeuvre.load_factor = 20 is out of range; allowed: -3 to 12 (load factor)'),
-        ({'manoeuvre': {'profile': 'constant', 'load_factor': 2, 'g': 1}},
-         'rig.manoeuvre.g is not a known key; allowed keys: load_factor, profile'),
-        ({'manoeuvre': {'profile': 'step', 'at_s': 200}},
-         'rig.manoeuvre: at_s lies after the end of the run'),
+        ({'maneuver': {'profile': 'constant', 'load_factor': 20}},
+         'rig.maneuver.load_factor = 20 is out of range; allowed: -3 to 12 (load factor)'),
+        ({'maneuver': {'profile': 'constant', 'load_factor': 2, 'g': 1}},
+         'rig.maneuver.g is not a known key; allowed keys: load_factor, profile'),
+        ({'maneuver': {'profile': 'step', 'at_s': 200}},
+         'rig.maneuver: at_s lies after the end of the run'),
         ({'steps': [{'at_s': 1}, {'at_s': -1}]},
          'rig.steps[1].at_s = -1 is out of range; allowed: 0 s or more (time of the step)'),
         ({'shaft': 5}, 'rig.shaft = 5 is not allowed; it must be an object'),
@@ -75,7 +75,7 @@ def test_one_sentence(data: dict[str, object], sentence: str) -> None:
 
 def test_the_wrong_profile_names_the_right_ones() -> None:
     with pytest.raises(ConfigError, match=r"'constant', 'step'"):
-        Rig.from_mapping({'manoeuvre': {'profile': 'loop'}})
+        Rig.from_mapping({'maneuver': {'profile': 'loop'}})
 
 
 def test_python_construction_gives_the_same_sentence() -> None:

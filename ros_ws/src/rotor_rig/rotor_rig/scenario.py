@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import pydantic
 
-from maneuver_gen.config import ManeuverConfig, resolve_paths
+from maneuver_gen import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
 from rotor_common.configuration import quantity, unit_of
 from rotor_common.constants import OFFLINE_EPOCH_NS
@@ -31,7 +31,7 @@ ROUNDING = 1e-3
 
 
 class Scenario(RotorSimConfig):
-    """Everything that a run depends on: rotor, speed, sensors, manoeuvre, monitor, length, seed."""
+    """Everything that a run depends on: rotor, speed, sensors, maneuver, monitor, length, seed."""
 
     name: str = pydantic.Field(
         pattern='^[A-Za-z0-9_-]+$',

@@ -41,7 +41,7 @@ class Series:
     shown: bool = True
 
 
-LOAD = 'load/manoeuvre'
+LOAD = 'load/maneuver'
 LOAD_SENSOR = 'load/airframe_sensor'
 SPEED = 'shaft/speed'
 TRUTH = 'truth/others'

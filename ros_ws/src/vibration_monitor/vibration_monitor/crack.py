@@ -8,7 +8,7 @@ probe's runout stay, and a probe whose scale has changed goes with the motion it
 
     q_n = constant (runout, misalignment) + runout (w^2) + scale errors x motion + K p_n(beta)
 
-is fitted by least squares over the last minute, each order by itself; the manoeuvre is the test
+is fitted by least squares over the last minute, each order by itself; the maneuver is the test
 signal. Both orders must speak for the crack. In level flight only the difference from reference
 flights is left.
 """

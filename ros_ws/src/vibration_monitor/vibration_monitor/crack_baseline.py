@@ -35,7 +35,7 @@ _SPREADS = np.array([0.03, 0.005, 0.05, 0.05, 0.03, 0.03])
 cross axes of the bearings' probes."""
 
 _ALIKE_WINDOWS = 5.0
-"""So many windows in a row share their errors: they overlap, and a manoeuvre lasts."""
+"""So many windows in a row share their errors: they overlap, and a maneuver lasts."""
 
 _ROUNDS = 5
 """Rounds of weighting; the weights stand after three."""

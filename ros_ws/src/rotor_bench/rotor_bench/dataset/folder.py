@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotor_bench.dataset.suite import Flight
-from rotor_bench.dataset.suite_config import SuiteConfig
+from rotor_bench.dataset.suite_config import SuiteConfig, respelt
 from rotor_bench.dataset.write import Row, file_of, remove_unfinished, sha256
 from rotor_bench.errors import DatasetError
 from rotor_common.errors import DataError
@@ -37,7 +37,7 @@ COLUMNS = {
     'crack': 'healthy, constant or growing',
     'crack_stiffness_ratio': 'K = dk/k at the end of the flight',
     'decoy': 'healthy, but as long as the flights with a growing crack',
-    'manoeuvre': 'manoeuvre family',
+    'maneuver': 'maneuver family',
     'held_out_family': 'whether no flight of the train split is of this family',
     'speed_program': 'course of the speed',
     'speed_rad_s': 'nominal speed of the machine, rad/s',
@@ -95,11 +95,12 @@ class Folder:
     def _check_suite(self) -> None:
         try:
             there = parse_json(read_text(self.path / SUITE, LARGEST_JSON))
-        except DataError:
+            there['suite'] = respelt(there['suite'])
+        except (DataError, LookupError, TypeError, AttributeError):
             there = {}
         for key, what in (('suite', 'another suite'), ('seed', 'another seed'),
                           ('versions', 'other versions of the program')):  # fmt: skip
-            if not isinstance(there, dict) or there.get(key) != self._what[key]:
+            if there.get(key) != self._what[key]:
                 raise DatasetError(
                     f'the folder {self.path} holds a data set of {what}; give a new folder'
                 )
@@ -122,7 +123,7 @@ class Folder:
         rows = []
         for line in lines:
             try:
-                rows.append(json.loads(line))
+                rows.append(respelt(json.loads(line)))
             except ValueError:
                 continue  # the line that a killed run was writing
         return rows
@@ -170,7 +171,8 @@ def read_table(folder: Path) -> 'pa.Table':
 
     path = folder / MANIFEST
     try:
-        return parquet.read_table(path)
+        table = parquet.read_table(path)
+        return table.rename_columns(list(respelt(dict.fromkeys(table.column_names))))
     except (OSError, ArrowException) as error:
         raise DatasetError(
             f'{path} cannot be read ({type(error).__name__}); make the data set, or finish it, by '

@@ -14,7 +14,7 @@ import numpy as np
 
 from maneuver_gen.load_grid import load_grid
 from rotor_bench.dataset.draws import WHOLE_SUITE, balanced, generator
-from rotor_bench.dataset.manoeuvres import Pilot, speed_program
+from rotor_bench.dataset.maneuvers import Pilot, speed_program
 from rotor_bench.dataset.sensing import sensors
 from rotor_bench.dataset.suite_config import Group, NoisePreset, SuiteConfig, load_suite
 from rotor_bench.errors import DatasetError
@@ -118,7 +118,7 @@ class Flight:
                     # one for the whole suite: machines of the same steps a sample fly in lock-step
                     'highest_rad_s': suite.machine.speed_rad_s[1] * suite.speed.highest(),
                 },
-                'maneuver': Pilot(suite.manoeuvre, draw).flight(grid.family, self.duration_s),
+                'maneuver': Pilot(suite.maneuver, draw).flight(grid.family, self.duration_s),
                 'seed': int(draw.integers(HIGHEST_SEED)),
                 **self._rotor_keys(),
                 'sensors': sensors(
@@ -140,7 +140,7 @@ class Flight:
             'crack': grid.crack,
             'crack_stiffness_ratio': grid.crack_stiffness_ratio,
             'decoy': grid.decoy,
-            'manoeuvre': grid.family,
+            'maneuver': grid.family,
             'held_out_family': grid.family in self.suite.held_out_families,
             'speed_program': grid.speed_program,
             'speed_rad_s': rotor.speed_rad_s,

@@ -30,6 +30,11 @@ MOST_FLIGHTS = 100_000
 SHORTEST_FLIGHT_S = 10.0
 
 
+def respelt(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a suite, or a row of the manifest, with `maneuver` for what was once `manoeuvre`."""
+    return {'maneuver' if key == 'manoeuvre' else key: value for key, value in data.items()}
+
+
 def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     if value[0] > value[1]:
         raise DatasetError(f'the range [{value[0]:g}, {value[1]:g}] runs backwards; give low, high')
@@ -77,7 +82,7 @@ class Group(ConfigModel):
 class Reference(ConfigModel):
     """One healthy flight that a machine's baseline is fitted on."""
 
-    family: Family | Literal['mixed'] = pydantic.Field(description='manoeuvre family')
+    family: Family | Literal['mixed'] = pydantic.Field(description='maneuver family')
     speed_program: SpeedProgram | Literal['sweep'] = pydantic.Field(description='speed program')
 
 
@@ -168,10 +173,10 @@ class SpeedDraws(ConfigModel):
         return max(self.steady[1], self.sweep[1], self.reference_sweep[1], self.steps[1])
 
 
-class ManoeuvreDraws(ConfigModel):
-    """Lengths and depths of the manoeuvres of a flight."""
+class ManeuverDraws(ConfigModel):
+    """Lengths and depths of the maneuvers of a flight."""
 
-    level_leg_s: Range = _range('level legs between manoeuvres', 's', ge=0.0, le=1e4)
+    level_leg_s: Range = _range('level legs between maneuvers', 's', ge=0.0, le=1e4)
     blend_s: float = quantity(unit='s', description='time into and out of a pull', ge=0.1, le=60.0)
     pull_hold_s: Range = _range('a pull after its onset', 's', ge=0.0, le=1e4)
     pull_depth: Range = _range('part of the load factor above 1', '', ge=0.0, le=1.0)
@@ -211,7 +216,7 @@ class SuiteConfig(ConfigModel):
     references: tuple[Reference, ...] = _levels('reference flights of every machine')
     crack_stiffness_ratios: tuple[float, ...] = _levels('crack ladder K = dk/k')
     growth_to: float = quantity(unit='1', description='K at the end of a growth', gt=0.0, le=0.5)
-    families: tuple[Family, ...] = _levels('manoeuvre families')
+    families: tuple[Family, ...] = _levels('maneuver families')
     held_out_families: tuple[Family, ...] = pydantic.Field(
         description='families that no flight of the train split belongs to'
     )
@@ -221,7 +226,7 @@ class SuiteConfig(ConfigModel):
     sensors: SensorDraws = pydantic.Field(description='sensors')
     changes: ChangeDraws = pydantic.Field(description='what confounders change')
     speed: SpeedDraws = pydantic.Field(description='speed programs')
-    manoeuvre: ManoeuvreDraws = pydantic.Field(description='manoeuvres')
+    maneuver: ManeuverDraws = pydantic.Field(description='maneuvers')
 
     @pydantic.model_validator(mode='after')
     def _check(self) -> Self:
@@ -244,6 +249,11 @@ class SuiteConfig(ConfigModel):
         if not self.families_of(held_out=False):
             raise DatasetError('held_out_families leaves no family; keep at least one')
         return self
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
+        """Return the suite for plain data, those of an older data set too."""
+        return super().from_mapping(respelt(data), where)
 
     def families_of(self, *, held_out: bool) -> tuple[str, ...]:
         """Return the families that a group flies."""
@@ -287,7 +297,7 @@ def _read(source: str, folder: Path, depth: int = 0) -> dict[str, Any]:
             text, place = read_text(path, LARGEST_YAML), path.parent
         except DataError as error:
             raise DatasetError(f'suite {error}') from None
-    data = _parse(text, source)
+    data = respelt(_parse(text, source))
     base = data.pop('base', None)
     if base is None:
         return data

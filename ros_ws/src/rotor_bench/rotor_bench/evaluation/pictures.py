@@ -94,11 +94,11 @@ def auc_by_crack(content: Content) -> Figure:
 
 
 def scores(content: Content) -> Figure:
-    """Draw the score of every flight by manoeuvre, in multiples of the detector's alarm."""
+    """Draw the score of every flight by maneuver, in multiples of the detector's alarm."""
     flights = [f for f in content['flights'] if f['labels']['crack'] != 'growing']
-    manoeuvres = sorted({flight['labels']['manoeuvre'] for flight in flights})
+    maneuvers = sorted({flight['labels']['maneuver'] for flight in flights})
     detectors = content['detectors']
-    height = 0.45 * len(manoeuvres) + 1.6
+    height = 0.45 * len(maneuvers) + 1.6
     figure, columns = _figure(4.0 * len(detectors) + 1.0, height, len(detectors))
     jitter = np.random.default_rng(0)
     for axes, (name, numbers) in zip(columns, detectors.items(), strict=True):
@@ -107,7 +107,7 @@ def scores(content: Content) -> Figure:
             points = [
                 (
                     flight['outcomes'][name]['score'] - alarm,
-                    manoeuvres.index(flight['labels']['manoeuvre']),
+                    maneuvers.index(flight['labels']['maneuver']),
                 )
                 for flight in flights
                 if (flight['labels']['crack'] == 'constant') == is_cracked
@@ -124,7 +124,7 @@ def scores(content: Content) -> Figure:
             words = f'failed on {numbers["failed"]} flights'
             axes.text(0.5, 1.0, words, transform=axes.transAxes, ha='center', va='top')
         axes.set(title=name, xlabel='score less the score of the alarm')
-        axes.set_yticks(range(len(manoeuvres)), manoeuvres)
+        axes.set_yticks(range(len(maneuvers)), maneuvers)
     keys, names = columns[0].get_legend_handles_labels()
     figure.legend(keys, names, loc='outside upper right', ncols=2, fontsize='small', markerscale=3)
     return figure
@@ -156,16 +156,16 @@ def growth(content: Content) -> Figure:
 
 
 def false_alarms(content: Content) -> Figure:
-    """Draw false alarms per hour by manoeuvre, with the 95 % upper bound."""
+    """Draw false alarms per hour by maneuver, with the 95 % upper bound."""
     detectors = content['detectors']
-    manoeuvres = sorted(
-        {m for numbers in detectors.values() for m in numbers['false_alarms_by']['manoeuvre']}
+    maneuvers = sorted(
+        {m for numbers in detectors.values() for m in numbers['false_alarms_by']['maneuver']}
     )
-    figure, (axes,) = _figure(6.5, 0.5 * len(manoeuvres) + 1.4)
+    figure, (axes,) = _figure(6.5, 0.5 * len(maneuvers) + 1.4)
     for index, (name, colour) in enumerate(_colours(content).items()):
-        rates = detectors[name]['false_alarms_by']['manoeuvre']
-        for row, manoeuvre in enumerate(manoeuvres):
-            rate = rates.get(manoeuvre)
+        rates = detectors[name]['false_alarms_by']['maneuver']
+        for row, maneuver in enumerate(maneuvers):
+            rate = rates.get(maneuver)
             if rate is None or not _has(rate['per_hour']):
                 continue
             y = row + 0.2 * (index - (len(detectors) - 1) / 2)
@@ -174,7 +174,7 @@ def false_alarms(content: Content) -> Figure:
             )
             axes.plot(rate['per_hour'], y, 'o', color=colour, markersize=4)
         axes.plot([], [], 'o-', color=colour, markersize=4, label=name)
-    axes.set_yticks(range(len(manoeuvres)), manoeuvres)
+    axes.set_yticks(range(len(maneuvers)), maneuvers)
     axes.set_xscale('symlog', linthresh=0.1)
     axes.set(xlabel='false alarms per flight hour (dot) and 95 % upper bound', xlim=(-0.01, None))
     figure.legend(loc='outside upper center', ncols=4, fontsize='small')

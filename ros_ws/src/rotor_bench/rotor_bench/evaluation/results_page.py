@@ -28,17 +28,17 @@ BEGIN, END = '<!-- results: begin -->', '<!-- results: end -->'
 PICTURES = {
     'roc.png': 'ROC of the detectors',
     'auc_by_crack.png': 'Area under the curve by depth of the crack',
-    'scores.png': 'Score of every flight by manoeuvre',
+    'scores.png': 'Score of every flight by maneuver',
     'growth.png': 'Depth at which growing cracks were found',
-    'false_alarms.png': 'False alarms per hour by manoeuvre',
+    'false_alarms.png': 'False alarms per hour by maneuver',
 }
 FACTORS = {
     'crack_stiffness_ratio': 'depth of the crack K',
-    'manoeuvre': 'manoeuvre (all flights)',
+    'maneuver': 'maneuver (all flights)',
     'confounder': 'what has changed since the reference flights',
     'speed_program': 'course of the speed',
     'speed_band': 'speed of the machine',
-    'held_out_family': 'family of manoeuvres in the train split',
+    'held_out_family': 'family of maneuvers in the train split',
     'encoder': 'source of the angle',
     'noise': 'noise of the sensors',
 }
@@ -130,7 +130,7 @@ def _false_alarms(detectors: Content) -> list[str]:
         (name, [rate_text(numbers['false_alarms'][name]) for numbers in detectors.values()])
         for name in names
     ]
-    for factor in ('manoeuvre', 'confounder'):
+    for factor in ('maneuver', 'confounder'):
         levels = sorted({name for n in detectors.values() for name in n['false_alarms_by'][factor]})
         rows += [
             (

@@ -116,7 +116,7 @@ class _Numbers:
             },
             'auc_by': {
                 'crack_stiffness_ratio': self._by_depth(usual & varying),
-                'manoeuvre': self._by('manoeuvre', usual),
+                'maneuver': self._by('maneuver', usual),
                 'confounder': self._by('confounder', usual & varying),
                 'speed_program': self._by('speed_program', usual & varying),
                 'speed_band': self._by('speed_rad_s', usual & varying, speed_band),
@@ -135,7 +135,7 @@ class _Numbers:
                 'decoys of growing cracks': self._false_alarms(self._usual & self._decoy),
             },
             'false_alarms_by': {
-                'manoeuvre': self._rates('manoeuvre'),
+                'maneuver': self._rates('maneuver'),
                 'confounder': self._rates('confounder'),
             },
             'smallest_crack': {

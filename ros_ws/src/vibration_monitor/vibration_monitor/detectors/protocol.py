@@ -6,14 +6,13 @@ A detector is found through the entry points of the group `rotor_rig.detectors`,
 `module:Class`; either leads to a callable without arguments that makes one.
 """
 
-import importlib
 import inspect
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Any, Protocol, cast
 
+from rotor_common.plugins import load_plugin, plugins
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.errors import MonitorError
 
@@ -55,7 +54,7 @@ class Detector(Protocol):
 
 def detector_names() -> list[str]:
     """Return the names of the installed detectors."""
-    return sorted(entry_points(group=GROUP).names)
+    return sorted(plugins(GROUP))
 
 
 def detector_target(name: str) -> str:
@@ -65,7 +64,7 @@ def detector_target(name: str) -> str:
         MonitorError: no such entry point, and not of the form `module:Class`.
 
     """
-    found = {point.name: point.value for point in entry_points(group=GROUP)}
+    found = plugins(GROUP)
     if name in found:
         return found[name]
     module, colon, attribute = name.partition(':')
@@ -84,11 +83,8 @@ def load_detector(target: str) -> Callable[[], Detector]:
         MonitorError: the module cannot be imported, lacks the attribute, or it is not callable.
 
     """
-    module, _, attribute = target.partition(':')
     try:
-        made: Any = importlib.import_module(module)
-        for part in attribute.split('.'):
-            made = getattr(made, part)
+        made = load_plugin(target)
     except (ImportError, AttributeError) as error:
         raise MonitorError(f'detector {target!r} cannot be loaded: {error}') from None
     if not callable(made):

@@ -1,8 +1,8 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draw docs/images/manoeuvres.png from the load grids of `maneuver_gen`.
+"""Draw docs/images/maneuvers.png from the load grids of `maneuver_gen`.
 
-Usage: python docs/make_manoeuvre_figure.py [FILE.png]
+Usage: python docs/make_maneuver_figure.py [FILE.png]
 """
 
 import sys
@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from maneuver_gen import flight_path_angle, load_grid, parse_maneuver
-from maneuver_gen.config import ClimbDive
-from maneuver_gen.profiles import FloatArray
+from maneuver_gen.curves import FloatArray
+from maneuver_gen.maneuvers.climb_dive import ClimbDive
 from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 
-DEFAULT_FILE = Path(__file__).parent / 'images' / 'manoeuvres.png'
+DEFAULT_FILE = Path(__file__).parent / 'images' / 'maneuvers.png'
 BLUE, ORANGE, GREEN, PURPLE = '#0072b2', '#d55e00', '#009e73', '#7b3f99'
 SHADE = '#eef1f5'
 

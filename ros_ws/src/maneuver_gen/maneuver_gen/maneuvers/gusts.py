@@ -10,10 +10,14 @@ heaving alone: it follows slow gusts and feels fast ones.
 import functools
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+import pydantic
 
-from maneuver_gen.profiles import FloatArray
+from maneuver_gen.curves import FloatArray, swing
+from maneuver_gen.maneuver import Maneuver, check_range, load_factor_field
+from rotor_common.configuration import quantity
 
 WAVES = 32
 BAND_HZ = (0.02, 5.0)
@@ -58,3 +62,36 @@ def gust_waves(rms: float, speed_m_s: float, scale_m: float, seed: int) -> tuple
     amplitudes = rms * np.sqrt(2.0 * power / power.sum())
     phases = 2.0 * math.pi * draws[1]
     return tuple(map(Wave, amplitudes.tolist(), frequencies.tolist(), phases.tolist()))
+
+
+class Gusts(Maneuver):
+    """Rough air: a load factor that wanders as in Dryden turbulence, set by `seed`."""
+
+    profile: str = 'gusts'
+    mean: float = load_factor_field(1.0, description='mean load factor')
+    # the peaks of a Gaussian course stand some three times higher
+    rms: float = quantity(
+        0.2, unit='1', description='root mean square of the load factor about its mean', ge=0, le=1
+    )
+    speed_m_s: float = quantity(120.0, unit='m/s', description='flight speed', ge=30, le=600)
+    scale_m: float = quantity(
+        533.4, unit='m', description='scale length of the turbulence', ge=10, le=2000
+    )
+    seed: int = quantity(0, unit='1', description='which course of the gusts', ge=0, le=2**62)
+
+    @pydantic.model_validator(mode='after')
+    def _within_range(self) -> Self:
+        most = sum(wave.amplitude for wave in self.waves())
+        check_range(self.mean - most, self.mean + most, 'lower mean or rms')
+        return self
+
+    def waves(self) -> tuple[Wave, ...]:
+        """Return the sinusoids that make up the course about its mean."""
+        return gust_waves(self.rms, self.speed_m_s, self.scale_m, self.seed)
+
+    def load_factors(self, times_s: FloatArray) -> FloatArray:
+        """Return mean + the sum of the sinusoids."""
+        normal = np.full_like(times_s, self.mean)
+        for wave in self.waves():
+            normal += swing(times_s, wave.amplitude, wave.frequency_hz, wave.phase_rad)
+        return normal

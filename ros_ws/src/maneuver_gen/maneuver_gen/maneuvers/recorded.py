@@ -6,17 +6,19 @@ import csv
 import functools
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
+import pydantic
 
-from maneuver_gen.config import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE, SHIPPED
+from maneuver_gen.curves import FloatArray
 from maneuver_gen.errors import ManeuverError
-from maneuver_gen.profiles import FloatArray
+from maneuver_gen.maneuver import LATERAL_LOAD_FACTOR_RANGE, LOAD_FACTOR_RANGE, Maneuver
+from rotor_common.configuration import quantity
 from rotor_common.errors import DataError
 from rotor_common.text_file import read_text
 
@@ -34,6 +36,8 @@ _HEADER_RULE = (
 _TIME_TOLERANCE_S = 1e-9
 LARGEST_BYTES = 200_000_000
 """Of a flight file: a day at 100 rows a second."""
+SHIPPED = 'shipped:'
+"""Start of the path of a flight that comes with the rig: the same on every machine."""
 _FLIGHTS = files('maneuver_gen') / 'flights'
 
 
@@ -99,7 +103,7 @@ def read_flight(path: Path) -> RecordedFlight:
     """Return the flight of a CSV file; raises ManeuverError with the file and line.
 
     The first line names the columns: time_s, load_factor and optionally lateral_load_factor, in
-    any order, comma separated, UTF-8. Signs as in `profiles`. Empty lines are skipped.
+    any order, comma separated, UTF-8. Signs as in `maneuver`. Empty lines are skipped.
     """
     try:
         columns = _read_columns(path, io.StringIO(read_text(path, LARGEST_BYTES), newline=''))
@@ -173,3 +177,30 @@ def _number(where: str, name: str, text: str) -> float:
             f'{where}: {name} = {value:g} is out of range; allowed: {low:g} to {high:g}'
         )
     return value
+
+
+class Recorded(Maneuver):
+    """A flight recorded in a CSV file with the columns of `read_flight`."""
+
+    profile: str = 'recorded'
+    path: str = pydantic.Field(
+        min_length=1,
+        description='CSV file, relative to the folder of the scenario file; or shipped:NAME',
+    )
+    start_s: float = quantity(0.0, unit='s', description='time in the file at which the run starts')
+
+    def load_factors(self, times_s: FloatArray) -> FloatArray:
+        """Return the rows of the file, with straight lines between."""
+        return open_flight(self.path).sample(self.start_s + times_s)
+
+    def check_duration(self, duration_s: float) -> None:
+        """Read the file; raises ManeuverError where it does not cover the run."""
+        open_flight(self.path).require(self.start_s, duration_s)
+
+    @classmethod
+    def resolve_paths(cls, data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+        """Make `path` absolute, unless it is a shipped flight."""
+        path = data.get('path')
+        if not isinstance(path, str) or not path or path.startswith(SHIPPED):
+            return data
+        return {**data, 'path': str((folder / path).absolute())}

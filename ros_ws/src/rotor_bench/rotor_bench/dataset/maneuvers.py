@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flights put together from manoeuvres, and courses of the speed, all drawn."""
+"""Flights put together from maneuvers, and courses of the speed, all drawn."""
 
 import math
 from collections.abc import Callable
@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from maneuver_gen.config import SHIPPED, ClimbDive
-from maneuver_gen.recorded import open_flight
-from rotor_bench.dataset.suite_config import ManoeuvreDraws, SpeedDraws
+from maneuver_gen.maneuvers.climb_dive import ClimbDive
+from maneuver_gen.maneuvers.recorded import SHIPPED, open_flight
+from rotor_bench.dataset.suite_config import ManeuverDraws, SpeedDraws
 from rotor_common.constants import GRAVITY_M_S2
 
 RECORD = f'{SHIPPED}synthetic_record'
@@ -23,9 +23,9 @@ Segments = list[dict[str, Any]]
 
 
 class Pilot:
-    """Draws manoeuvres for one flight."""
+    """Draws maneuvers for one flight."""
 
-    def __init__(self, table: ManoeuvreDraws, draw: np.random.Generator) -> None:
+    def __init__(self, table: ManeuverDraws, draw: np.random.Generator) -> None:
         self._table = table
         self._draw = draw
 
@@ -42,7 +42,7 @@ class Pilot:
         return float(self._draw.uniform(*limits))
 
     def _legs(self, family: str, duration_s: float) -> Segments:
-        """Return manoeuvres between level legs, the first in any case, the others if they fit."""
+        """Return maneuvers between level legs, the first in any case, the others if they fit."""
         segments = [self._level_leg()]
         while True:
             figure = self._figure(family, first=len(segments) == 1)

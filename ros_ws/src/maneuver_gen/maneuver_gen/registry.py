@@ -1,0 +1,151 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which maneuvers there are, and a maneuver read from plain data by its key `profile`.
+
+Shipped is every file of `maneuver_gen.maneuvers`. More are found through the entry points of the
+group `rotor_rig.maneuvers`, or by `module:Class`.
+"""
+
+import difflib
+import functools
+import importlib
+import inspect
+import json
+import pkgutil
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import pydantic
+
+from maneuver_gen import maneuvers
+from maneuver_gen.errors import ManeuverError
+from maneuver_gen.maneuver import Maneuver
+from rotor_common.configuration import ConfigModel
+from rotor_common.errors import DataError
+from rotor_common.plain_data import parse_json
+from rotor_common.plugins import load_plugin, plugins
+
+GROUP = 'rotor_rig.maneuvers'
+"""The group of entry points."""
+
+
+@functools.cache
+def shipped_maneuvers() -> dict[str, type[Maneuver]]:
+    """Return the maneuvers that come with the rig by their names."""
+    found = {}
+    for file in pkgutil.iter_modules(maneuvers.__path__):
+        module = importlib.import_module(f'{maneuvers.__name__}.{file.name}')
+        for _, made in inspect.getmembers(module, inspect.isclass):
+            if issubclass(made, Maneuver) and made.__module__ == module.__name__:
+                found[made.model_fields['profile'].default] = made
+    return found
+
+
+def maneuver_names(*, parts: bool = False) -> list[str]:
+    """Return the names of all installed maneuvers; `parts`: without those no segment can be."""
+    shipped = {n for n, kind in shipped_maneuvers().items() if kind.part_of_sequence or not parts}
+    return sorted(shipped | plugins(GROUP).keys() - shipped_maneuvers().keys())
+
+
+def find_maneuver(name: Any, *, parts: bool = False) -> type[Maneuver]:
+    """Return the class of a maneuver by its name, or by `module:Class`.
+
+    The name of a shipped maneuver always means that one. Raises ManeuverError: no such maneuver,
+    it cannot be loaded, it is no maneuver, or (with `parts`) it cannot be part of a sequence.
+    """
+    found = shipped_maneuvers().get(name) if isinstance(name, str) else None
+    if found is None and isinstance(name, str):
+        target = plugins(GROUP).get(name, name if ':' in name else '')
+        found = _load(name, target) if target else None
+    if found is None or (parts and not found.part_of_sequence):
+        names = maneuver_names(parts=parts)
+        close = difflib.get_close_matches(str(name), names, n=1)
+        hint = f'did you mean {close[0]!r}?' if close else _choose(names)
+        raise ManeuverError(f'profile = {name!r} is not known here; {hint}')
+    return found
+
+
+def _load(name: str, target: str) -> type[Maneuver]:
+    here = str(Path.cwd())
+    sys.path.append(here)  # a file in this folder serves, after all that is installed
+    try:
+        made = load_plugin(target)
+    except Exception as error:
+        raise ManeuverError(f'profile = {name!r} cannot be loaded: {error}') from error
+    finally:
+        sys.path.remove(here)
+    if not isinstance(made, type) or not issubclass(made, Maneuver) or inspect.isabstract(made):
+        raise ManeuverError(
+            f'profile = {name!r} is no maneuver: {target} must be a class that derives from '
+            'maneuver_gen.Maneuver and has load_factors'
+        )
+    return made
+
+
+def _choose(names: list[str]) -> str:
+    return f'choose one of {", ".join(names)}'
+
+
+def _read(value: Any, info: pydantic.ValidationInfo, *, parts: bool) -> Any:
+    """Return plain data as the maneuver that they name; its errors keep their place."""
+    if isinstance(value, ConfigModel):
+        return value
+    if not isinstance(value, Mapping) or 'profile' not in value:
+        wrong = 'profile is missing' if isinstance(value, Mapping) else (
+            'a maneuver is a mapping with the key profile'
+        )  # fmt: skip
+        raise ManeuverError(f'{wrong}; {_choose(maneuver_names(parts=parts))}')
+    adapter = _adapter(find_maneuver(value['profile'], parts=parts))
+    if info.mode == 'json':  # whose arrays serve as tuples
+        return adapter.validate_json(json.dumps(value))
+    return adapter.validate_python(value)
+
+
+@functools.cache
+def _adapter(kind: type[Maneuver]) -> pydantic.TypeAdapter[Maneuver]:
+    """Return what reads a class; places of its errors begin with it, so `describe` finds fields."""
+    tag = kind.target()
+    chosen: Any = Annotated[kind, pydantic.Tag(tag)] | Annotated[None, pydantic.Tag('')]
+    return pydantic.TypeAdapter(Annotated[chosen, pydantic.Discriminator(lambda _: tag)])
+
+
+ManeuverConfig = Annotated[
+    pydantic.SerializeAsAny[Maneuver],
+    pydantic.BeforeValidator(functools.partial(_read, parts=False)),
+]
+"""Type of a model's field that holds a maneuver."""
+
+PartOfSequence = Annotated[
+    pydantic.SerializeAsAny[Maneuver],
+    pydantic.BeforeValidator(functools.partial(_read, parts=True)),
+]
+
+
+class _Root(ConfigModel):
+    maneuver: ManeuverConfig
+
+
+def parse_maneuver(data: Mapping[str, Any] | str) -> Maneuver:
+    """Return the maneuver of plain data (YAML, JSON) or of a JSON text.
+
+    Raises ConfigError for wrong content and ManeuverError for a text that is not JSON.
+    """
+    if isinstance(data, str):
+        try:
+            data = parse_json(data)
+        except DataError as error:
+            raise ManeuverError(f'the maneuver is not valid JSON: {error}') from None
+    return _Root.from_mapping({'maneuver': data}).maneuver
+
+
+def resolve_paths(data: Any, folder: Path) -> Any:
+    """Return plain data of a maneuver with files relative to `folder` made absolute.
+
+    Wrong data pass through unchanged: `parse_maneuver` says what is wrong with them.
+    """
+    try:
+        return find_maneuver(data['profile']).resolve_paths(data, folder)
+    except (ManeuverError, KeyError, TypeError, IndexError):
+        return data
