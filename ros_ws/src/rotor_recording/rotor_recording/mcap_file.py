@@ -16,9 +16,15 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from rotor_recording import mcap_records
 from rotor_recording.errors import RecordingInputError
-from rotor_recording.mcap_records import MAX_BYTES, RECORD, DamageError, StoredMessage
+from rotor_recording.mcap_records import (
+    MAX_BYTES,
+    DamageError,
+    StoredMessage,
+    message,
+    records,
+    unpack_chunk,
+)
 from rotor_recording.mcap_summary import read_summary
 from rotor_recording.mcap_walk import Connection, McapWalk, Segment
 
@@ -55,16 +61,15 @@ class McapFile(McapWalk):
     @property
     def connections(self) -> dict[int, Connection]:
         """What is known of each channel."""
-        return {number: self._connection(channel) for number, channel in self.channels.items()}
-
-    def _connection(self, channel: Channel) -> Connection:
-        schema = self.schemas.get(channel.schema_id)
-        return Connection(
-            channel.topic,
-            schema.name if schema else '',
-            channel.message_encoding,
-            channel.metadata.get('offered_qos_profiles', ''),
-        )
+        return {
+            number: Connection(
+                channel.topic,
+                self.definition(number)[0][0],
+                channel.message_encoding,
+                channel.metadata.get('offered_qos_profiles', ''),
+            )
+            for number, channel in self.channels.items()
+        }
 
     def definition(self, channel_id: int) -> tuple[tuple[str, str, bytes], dict[str, str]]:
         """Return name, encoding and data of a channel's schema, and the channel's metadata."""
@@ -109,14 +114,12 @@ class McapFile(McapWalk):
             self.unread.add(segment)
             kind = 'chunk' if segment.is_chunk else 'run of messages'
             self.lost_bytes += segment.length
-            count = self._counted[segment.offset] or 'uncounted'
-            if self.lost_messages is not None and count != 'uncounted':
-                self.lost_messages += int(count)
-            else:
-                self.lost_messages = None
+            count = self._counted[segment.offset]
+            is_known = self.lost_messages is not None and count
+            self.lost_messages = (self.lost_messages or 0) + count if is_known else None
             self._note(
-                f'the {kind} at byte {segment.offset} is damaged ({damage}), so its {count} '
-                'messages are left out'
+                f'the {kind} at byte {segment.offset} is damaged ({damage}), so its '
+                f'{count or "uncounted"} messages are left out'
             )
             return []
 
@@ -127,18 +130,20 @@ class McapFile(McapWalk):
             file.seek(segment.offset)
             content = file.read(segment.length)
         if segment.is_chunk:
-            content, claimed = mcap_records.unpack_chunk(content)
+            content, claimed = unpack_chunk(content)
             if len(content) != claimed:
                 self._note(
                     f'the chunk at byte {segment.offset} claims {claimed} bytes and holds '
                     f'{len(content)}, all of which were read'
                 )
         messages: list[StoredMessage] = []
-        for opcode, body in mcap_records.records(content):
+        for opcode, body in records(content):
             if opcode == Opcode.MESSAGE:
-                messages.append(mcap_records.message(body))
+                messages.append(message(body))
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._defined.update(self._define(opcode, body))
+                record = self._described(opcode, body)
+                if isinstance(record, Channel):
+                    self._defined.add(record.id)
             elif opcode == Opcode.CHUNK and segment.is_chunk:
                 raise DamageError('it holds another chunk, which MCAP forbids')
         return messages
@@ -147,22 +152,22 @@ class McapFile(McapWalk):
         """Take the structure from the summary, else from the records themselves."""
         size = file.seek(0, os.SEEK_END)
         file.seek(0)
-        is_mcap = file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
-        summary = read_summary(file, size) if is_mcap else None
-        if summary is None:
-            self._walk(file, size, is_mcap=is_mcap)
+        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            kind = 'is not an MCAP file (its first bytes differ)' if size else 'is empty'
+            raise RecordingInputError(
+                f'{self.path} {kind}; give a .mcap file or the folder of a bag'
+            )
+        summary = read_summary(file, size)
+        if summary is None or summary.statistics is None:
+            self._walk(file, size)
             self._drop_loose_messages()
             if not self._take_statistics():
                 self._survey()
             return
         self.is_indexed = True
         self.schemas, self.channels = summary.schemas, summary.channels
-        self.metadata = summary.metadata
-        for place in summary.chunks:
-            offset, length = place.offset + RECORD.size, place.length - RECORD.size
-            self._counted[offset] = place.messages
-            times = place.start_ns, place.end_ns
-            self.segments.append(Segment(*times, offset, length, True, place.channels))
+        self.metadata, self.segments = summary.metadata, summary.chunks
+        self._counted.update(summary.counted)
         self._adopt(summary.statistics)
 
     # What is in the file
@@ -194,26 +199,21 @@ class McapFile(McapWalk):
         ranges: dict[int, tuple[int, int]] = {}
         for number, segment in enumerate(self.segments):
             indexed = self._indexed[segment.offset]
-            if (
+            counts = indexed.counts
+            if not (
                 segment.is_chunk
                 and indexed.fits(segment.start_ns, segment.end_ns)
-                and indexed.counts.keys() <= self._defined
+                and counts.keys() <= self._defined
             ):
-                counts = indexed.counts
-                self.segments[number] = segment._replace(channels=frozenset(counts))
-                extent = segment.start_ns, segment.end_ns
-            else:
                 messages = self.read(segment)
                 counts = Counter(message.channel_id for message in messages)
-                times = [message.log_time_ns for message in messages]
-                extent = min(times, default=2**64), max(times, default=-1)
-                if messages:
-                    self.segments[number] = segment._replace(
-                        start_ns=extent[0], end_ns=extent[1], channels=frozenset(counts)
-                    )
+                times = [message.log_time_ns for message in messages] or segment[:2]
+                segment = segment._replace(start_ns=min(times), end_ns=max(times))  # noqa: PLW2901
+            if counts:
+                self.segments[number] = segment._replace(channels=frozenset(counts))
             for channel_id in counts:
-                low, high = ranges.get(channel_id, extent)
-                ranges[channel_id] = min(low, extent[0]), max(high, extent[1])
+                low, high = ranges.get(channel_id, segment[:2])
+                ranges[channel_id] = min(low, segment.start_ns), max(high, segment.end_ns)
             self.counts.update(counts)
         self._indexed.clear()
         # only now is every definition known

@@ -1,17 +1,16 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of an MCAP file, each taken apart without trusting a length or a checksum in it.
+"""Pieces of an MCAP file, each read by the `mcap` library without trusting a length in it.
 
-The record types themselves are those of the `mcap` library (specification: mcap.dev/spec).
+By hand is what the library does not do: tell a record that is cut, and bound what is unpacked.
 """
 
 import io
-import os
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from typing import BinaryIO, NamedTuple, TypeVar
+from typing import BinaryIO, NamedTuple
 
 import lz4.frame
 import zstandard
@@ -20,6 +19,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
+    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -35,22 +35,26 @@ MAX_BYTES = 128 * 2**20
 
 RECORD = struct.Struct('<BQ')  # opcode, length of the content
 MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
-CHUNK = struct.Struct('<QQQII')  # start, end, unpacked size, checksum, length of a name
-INDEX = struct.Struct('<QQQ')  # of a chunk: start, end, offset
-MESSAGE_INDEX_BYTES = RECORD.size + 6  # channel, and length of the list of entries
-ENTRY_BYTES = 16  # log time and place of a message in its chunk
-_INDEX_HEAD = struct.Struct('<HI')
-_ENTRY = struct.Struct('<QQ')
-_CHUNK_INDEX = struct.Struct('<QQQQI')  # start, end, offset, length, bytes of a map
-_OFFSET = struct.Struct('<HQ')  # channel, place of its message index
-_U64 = struct.Struct('<Q')
+MESSAGE_INDEX = struct.Struct('<HI')  # channel, bytes of the list of entries
+ENTRY = struct.Struct('<QQ')  # of that list: log time and place of a message in its chunk
 FOOTER_BYTES = RECORD.size + 20
 _PIECE_BYTES = 2**20
+_LIBRARY_ERRORS = (McapError, ValueError, struct.error, OverflowError)
 
-RecordType = TypeVar(
-    'RecordType', Schema, Channel, ChunkIndex, DataEnd, Footer, Metadata, MetadataIndex, Statistics
+Description = (
+    Schema | Channel | ChunkIndex | Metadata | MetadataIndex | Statistics | DataEnd | Footer
 )
-
+DESCRIBING: dict[int, type[Description]] = {
+    Opcode.SCHEMA: Schema,
+    Opcode.CHANNEL: Channel,
+    Opcode.CHUNK_INDEX: ChunkIndex,
+    Opcode.METADATA: Metadata,
+    Opcode.METADATA_INDEX: MetadataIndex,
+    Opcode.STATISTICS: Statistics,
+    Opcode.DATA_END: DataEnd,
+    Opcode.FOOTER: Footer,
+}
+"""The records that describe a file and are small, by opcode."""
 
 _PACKED = {b'\x28\xb5\x2f\xfd': 'zstd', b'\x04\x22\x4d\x18': 'lz4'}
 """What compressed data begin with; CDR begins with a zero byte."""
@@ -66,19 +70,11 @@ class StoredMessage(NamedTuple):
     sequence: int = 0
 
 
-class ChunkPlace(NamedTuple):
-    """What the summary says of a chunk: log times in ns, bytes, channels, number of messages."""
-
-    start_ns: int
-    end_ns: int
-    offset: int
-    length: int
-    channels: frozenset[int]
-    messages: int
-
-
 class MessageIndices:
-    """What the message indices after one chunk say of it."""
+    """What the message indices after one chunk say of it.
+
+    By hand: with the library a killed recording takes 1.7 times as long to open.
+    """
 
     def __init__(self) -> None:
         self.counts: Counter[int] = Counter()
@@ -87,12 +83,12 @@ class MessageIndices:
 
     def take(self, content: bytes) -> None:
         """Take the next one: channel, then log time and place of each message."""
-        entries = (len(content) - _INDEX_HEAD.size) // ENTRY_BYTES
-        if entries < 1 or len(content) != _INDEX_HEAD.size + entries * ENTRY_BYTES:
-            self.is_sound = self.is_sound and len(content) == _INDEX_HEAD.size
+        entries, rest = divmod(len(content) - MESSAGE_INDEX.size, ENTRY.size)
+        if entries < 1 or rest:
+            self.is_sound = self.is_sound and len(content) == MESSAGE_INDEX.size
             return
-        channel_id, _ = _INDEX_HEAD.unpack_from(content)
-        times = [time_ns for time_ns, _ in _ENTRY.iter_unpack(content[_INDEX_HEAD.size :])]
+        channel_id, _ = MESSAGE_INDEX.unpack_from(content)
+        times = [time_ns for time_ns, _ in ENTRY.iter_unpack(content[MESSAGE_INDEX.size :])]
         self.is_sound = self.is_sound and channel_id not in self.counts
         self.counts[channel_id] += entries
         self.start_ns = min(self.start_ns, *times)
@@ -107,17 +103,23 @@ class DamageError(Exception):
     """What is wrong with a piece of the file, as the part of a sentence."""
 
 
-def parse(record: type[RecordType], content: bytes) -> RecordType | None:
-    """Return the record that `content` holds, None if it does not."""
-    try:
-        parsed: RecordType = record.read(ReadDataStream(io.BytesIO(content)))
-    except (McapError, ValueError, struct.error):
+def parse(opcode: int, content: bytes) -> Description | None:
+    """Return the describing record that `content` holds, None if it does not."""
+    if opcode not in DESCRIBING:
         return None
-    return parsed
+    try:
+        record: Description = DESCRIBING[opcode].read(ReadDataStream(io.BytesIO(content)))
+    except _LIBRARY_ERRORS:
+        return None
+    return record
 
 
 def records(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield opcode and content of the records in a piece; raises DamageError where one is cut."""
+    """Yield opcode and content of the records in a piece; raises DamageError where one is cut.
+
+    By hand, as are the heads of messages: the library takes a cut record for a whole one, and
+    its stream reader a third more time for all that is done to read a recording.
+    """
     position = 0
     while position < len(content):
         if position + RECORD.size > len(content):
@@ -130,28 +132,24 @@ def records(content: bytes) -> Iterator[tuple[int, bytes]]:
         yield opcode, content[start:position]
 
 
-def chunk_place(content: bytes) -> ChunkPlace:
-    """Return what a chunk index says; raises DamageError where it is cut.
-
-    By hand, since an hour has 20 000 of them and a library's object for each takes its time.
-    """
-    try:
-        start_ns, end_ns, offset, length, size = _CHUNK_INDEX.unpack_from(content)
-        end = _CHUNK_INDEX.size + size
-        channels = [number for number, _ in _OFFSET.iter_unpack(content[_CHUNK_INDEX.size : end])]
-        (index_bytes,) = _U64.unpack_from(content, end)
-    except struct.error:
-        raise DamageError('an index of a chunk is cut') from None
-    count = (index_bytes - len(channels) * MESSAGE_INDEX_BYTES) // ENTRY_BYTES
-    return ChunkPlace(start_ns, end_ns, offset, length, frozenset(channels), count)
-
-
 def message(content: bytes) -> StoredMessage:
     """Return the message of a record; raises DamageError if it has no whole head."""
     if len(content) < MESSAGE.size:
         raise DamageError('one of its messages is shorter than a message head')
     channel_id, sequence, log_ns, publish_ns = MESSAGE.unpack_from(content)
     return StoredMessage(channel_id, log_ns, publish_ns, content[MESSAGE.size :], sequence)
+
+
+def summary_of(file: BinaryIO, size: int) -> tuple[Footer, bytes] | None:
+    """Return the footer of a file of `size` bytes and the summary before it, None without."""
+    footer_at = size - FOOTER_BYTES - len(MCAP0_MAGIC)
+    file.seek(max(footer_at, 0))
+    content = file.read(FOOTER_BYTES)
+    footer = parse(content[0], content[RECORD.size :])
+    if not isinstance(footer, Footer) or not 0 < footer.summary_start < footer_at:
+        return None
+    file.seek(footer.summary_start)
+    return footer, file.read(min(footer_at - footer.summary_start, MAX_BYTES))
 
 
 def compression_of(content: bytes) -> str:
@@ -183,21 +181,14 @@ def unpack_chunk(content: bytes) -> tuple[bytes, int]:
         DamageError: cut, too large, unknown compression, or a checksum that does not fit.
 
     """
-    if len(content) < CHUNK.size:
-        raise DamageError('it is shorter than its own head')
-    *_, claimed, checksum, name_length = CHUNK.unpack_from(content)
-    packed_at = CHUNK.size + name_length + _U64.size
-    if packed_at > len(content):
-        raise DamageError('it is shorter than its own head')
-    name = content[CHUNK.size : CHUNK.size + name_length].decode(errors='replace')
-    (packed_length,) = _U64.unpack_from(content, packed_at - _U64.size)
-    if packed_at + packed_length > len(content):
-        raise DamageError('it is cut short')
-    packed = content[packed_at : packed_at + packed_length]
-    unpacked = _decompress(name, packed, min(claimed, MAX_BYTES))
-    if checksum and zlib.crc32(unpacked) != checksum:
+    try:
+        chunk = Chunk.read(ReadDataStream(io.BytesIO(content)))
+    except _LIBRARY_ERRORS:
+        raise DamageError('it is shorter than its own head') from None
+    unpacked = _decompress(chunk.compression, chunk.data, min(chunk.uncompressed_size, MAX_BYTES))
+    if chunk.uncompressed_crc and zlib.crc32(unpacked) != chunk.uncompressed_crc:
         raise DamageError('its checksum does not fit')
-    return unpacked, claimed
+    return unpacked, chunk.uncompressed_size
 
 
 def _decompress(name: str, packed: bytes, claimed: int) -> bytes:
@@ -236,36 +227,9 @@ def _unpack_lz4(packed: bytes, claimed: int) -> bytes:
     return b''.join(pieces)
 
 
-def known_places(file: BinaryIO, size: int) -> list[int]:
-    """Return where the summary says that chunks, and the summary itself, begin, in file order.
-
-    Only a place to go on from when the records before it are damaged: nothing else is taken
-    from there. Empty without a readable summary.
-    """
-    footer_at = size - FOOTER_BYTES - len(MCAP0_MAGIC)
-    if footer_at < 0:
-        return []
-    file.seek(footer_at)
-    content = file.read(FOOTER_BYTES)
-    footer = parse(Footer, content[RECORD.size :]) if content[0] == Opcode.FOOTER else None
-    if footer is None or not 0 < footer.summary_start < footer_at:
-        return []
-    summary_start: int = footer.summary_start
-    places = {summary_start}
-    file.seek(summary_start)
-    try:
-        for opcode, body in records(file.read(min(footer_at - summary_start, MAX_BYTES))):
-            index = parse(ChunkIndex, body) if opcode == Opcode.CHUNK_INDEX else None
-            if index is not None and index.chunk_start_offset < summary_start:
-                places.add(index.chunk_start_offset)
-    except DamageError:
-        pass  # the places found so far still help
-    return sorted(places)
-
-
 def checksum(file: BinaryIO, start: int, end: int) -> int:
     """Return the CRC-32 of the bytes from `start` up to `end`."""
-    file.seek(start, os.SEEK_SET)
+    file.seek(start)
     value = 0
     while start < end:
         piece = file.read(min(_PIECE_BYTES, end - start))

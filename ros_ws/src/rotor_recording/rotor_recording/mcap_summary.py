@@ -2,37 +2,41 @@
 # SPDX-License-Identifier: Apache-2.0
 """The summary of a finalised MCAP file, if its checksum and the heads of the chunks bear it out."""
 
+import struct
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, Footer, Metadata, MetadataIndex, Schema, Statistics
+from mcap.records import Channel, ChunkIndex, Metadata, MetadataIndex, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from rotor_recording.mcap_records import (
-    FOOTER_BYTES,
-    INDEX,
-    MAX_BYTES,
+    ENTRY,
+    MESSAGE_INDEX,
     RECORD,
-    ChunkPlace,
     DamageError,
     checksum,
-    chunk_place,
     parse,
     records,
+    summary_of,
 )
+from rotor_recording.mcap_walk import Segment
 
-_TAIL_BYTES = FOOTER_BYTES + len(MCAP0_MAGIC)
+_CHUNK_HEAD = struct.Struct('<BQQQ')  # opcode, length of the content, first and last log time
 
 
 @dataclass
 class Summary:
-    """What a file holds, without a look at its messages; `metadata` by name, the last counts."""
+    """What a file holds, without a look at its messages: chunks in file order, metadata by name.
 
-    statistics: Statistics
+    `counted` gives the number of messages of the chunk at an offset.
+    """
+
+    statistics: Statistics | None = None
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    chunks: list[ChunkPlace] = field(default_factory=list)
+    chunks: list[Segment] = field(default_factory=list)
+    counted: dict[int, int] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
 
 
@@ -42,91 +46,74 @@ def read_summary(file: BinaryIO, size: int) -> Summary | None:
     Every message must stand in a chunk, and every chunk in the index: what the summary says of
     itself has a checksum, the head of each chunk must agree, and the counts must add up.
     """
+    footer, content = summary_of(file, size) or (None, b'')
+    if footer is None or not footer.summary_crc:
+        return None
+    start, sum_at = footer.summary_start, size - len(MCAP0_MAGIC) - 4
+    if checksum(file, start, sum_at) != footer.summary_crc or file.read()[4:] != MCAP0_MAGIC:
+        return None
     try:
-        return _summary(file, size)
+        summary = _taken(file, content, start)
     except DamageError:
         return None
+    return summary if _is_complete(summary) else None
 
 
-def _summary(file: BinaryIO, size: int) -> Summary:
-    if size < 2 * _TAIL_BYTES:
-        raise DamageError('it is too short')
-    footer_at = size - _TAIL_BYTES
-    file.seek(footer_at)
-    tail = file.read(_TAIL_BYTES)
-    footer = parse(Footer, tail[RECORD.size : FOOTER_BYTES])
-    _require(
-        tail[0] == Opcode.FOOTER
-        and tail.endswith(MCAP0_MAGIC)
-        and footer is not None
-        and footer.summary_crc != 0
-        and 0 < footer.summary_start < footer_at
-        and footer_at - footer.summary_start <= MAX_BYTES
-    )
-    assert footer is not None  # noqa: S101 - for mypy: required above
-    start = footer.summary_start
-    _require(checksum(file, start, footer_at + FOOTER_BYTES - 4) == footer.summary_crc)
-    file.seek(start)
-    found: dict[int, list[bytes]] = {}
-    for opcode, content in records(file.read(footer_at - start)):
-        found.setdefault(opcode, []).append(content)
-    _require(len(found.get(Opcode.STATISTICS, [])) == 1)
-    statistics = parse(Statistics, found[Opcode.STATISTICS][0])
-    _require(statistics is not None)
-    assert statistics is not None  # noqa: S101 - for mypy: required above
-    summary = Summary(statistics)
-    for content in found.get(Opcode.SCHEMA, []):
-        schema = parse(Schema, content)
-        if schema is not None:
-            summary.schemas[schema.id] = schema
-    for content in found.get(Opcode.CHANNEL, []):
-        channel = parse(Channel, content)
-        if channel is not None:
-            summary.channels[channel.id] = channel
-    summary.chunks = [chunk_place(c) for c in found.get(Opcode.CHUNK_INDEX, [])]
-    _require_complete(summary)
-    for place in summary.chunks:
-        _require(place.offset + place.length <= start)
-        file.seek(place.offset)
-        head = file.read(RECORD.size + INDEX.size)
-        _require(
-            head[: RECORD.size] == RECORD.pack(Opcode.CHUNK, place.length - RECORD.size)
-            and INDEX.unpack(head[RECORD.size :])[:2] == (place.start_ns, place.end_ns)
-        )
-    for content in found.get(Opcode.METADATA_INDEX, []):
-        _take_metadata(file, content, summary)
-    _require(len(found.get(Opcode.METADATA_INDEX, [])) == statistics.metadata_count)
+def _taken(file: BinaryIO, content: bytes, start: int) -> Summary:
+    """Take the records of the summary, which begins at `start`, and the metadata they name."""
+    summary = Summary()
+    metadata_count = 0
+    for opcode, body in records(content):
+        match record := parse(opcode, body):
+            case Statistics():
+                summary.statistics = record
+            case Schema():
+                summary.schemas[record.id] = record
+            case Channel():
+                summary.channels[record.id] = record
+            case ChunkIndex():
+                _take_chunk(file, record, start, summary)
+            case MetadataIndex():
+                _require(RECORD.size < record.length <= start - record.offset)
+                file.seek(record.offset)
+                head, length = file.read(RECORD.size), record.length - RECORD.size
+                metadata = parse(Opcode.METADATA, file.read(length))
+                _require(head == RECORD.pack(Opcode.METADATA, length))
+                if not isinstance(metadata, Metadata):
+                    raise DamageError('the summary names metadata that are not there')
+                summary.metadata[metadata.name] = metadata.metadata
+                metadata_count += 1
+    statistics = summary.statistics
+    _require(statistics is not None and metadata_count == statistics.metadata_count)
     return summary
 
 
-def _require_complete(summary: Summary) -> None:
-    statistics = summary.statistics
+def _take_chunk(file: BinaryIO, index: ChunkIndex, start: int, summary: Summary) -> None:
+    offset, length = index.chunk_start_offset + RECORD.size, index.chunk_length - RECORD.size
+    _require(length > 0 and offset + length <= start)
+    times = index.message_start_time, index.message_end_time
+    file.seek(index.chunk_start_offset)
+    _require(file.read(_CHUNK_HEAD.size) == _CHUNK_HEAD.pack(Opcode.CHUNK, length, *times))
+    channels = frozenset(index.message_index_offsets)
+    heads = len(channels) * (RECORD.size + MESSAGE_INDEX.size)
+    summary.counted[offset] = (index.message_index_length - heads) // ENTRY.size
+    summary.chunks.append(Segment(*times, offset, length, True, channels))
+
+
+def _is_complete(summary: Summary) -> bool:
+    statistics, chunks, channels = summary.statistics, summary.chunks, summary.channels.keys()
+    if statistics is None:
+        return False
     counts = statistics.channel_message_counts
-    _require(
-        bool(summary.chunks)
-        and statistics.chunk_count == len(summary.chunks)
-        and statistics.channel_count == len(summary.channels)
-        and statistics.schema_count == len(summary.schemas)
-        and counts.keys() <= summary.channels.keys()
-        and statistics.message_count == sum(counts.values())
-        and statistics.message_count == sum(place.messages for place in summary.chunks)
-        and all(place.channels <= summary.channels.keys() for place in summary.chunks)
-        and all(place.length > RECORD.size for place in summary.chunks)
+    chunks.sort(key=lambda chunk: chunk.offset)
+    return (
+        0 < len(chunks) == statistics.chunk_count
+        and len(channels) == statistics.channel_count
+        and len(summary.schemas) == statistics.schema_count
+        and counts.keys() <= channels
+        and statistics.message_count == sum(counts.values()) == sum(summary.counted.values())
+        and all(chunk.channels <= channels for chunk in chunks if chunk.channels)
     )
-    summary.chunks.sort(key=lambda place: place.offset)
-
-
-def _take_metadata(file: BinaryIO, content: bytes, summary: Summary) -> None:
-    index = parse(MetadataIndex, content)
-    _require(index is not None and RECORD.size < index.length <= MAX_BYTES)
-    assert index is not None  # noqa: S101 - for mypy: required above
-    file.seek(index.offset)
-    record = file.read(index.length)
-    _require(record[: RECORD.size] == RECORD.pack(Opcode.METADATA, index.length - RECORD.size))
-    metadata = parse(Metadata, record[RECORD.size :])
-    _require(metadata is not None)
-    assert metadata is not None  # noqa: S101 - for mypy: required above
-    summary.metadata[metadata.name] = metadata.metadata
 
 
 def _require(is_so: bool) -> None:

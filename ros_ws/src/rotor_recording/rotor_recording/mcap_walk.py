@@ -2,27 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The walk through an MCAP file from record to record: its structure, and where that is damaged."""
 
+import struct
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, DataEnd, Footer, Metadata, Schema, Statistics
+from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from rotor_recording import mcap_records
-from rotor_recording.errors import RecordingInputError
 from rotor_recording.mcap_records import (
-    CHUNK,
+    DESCRIBING,
     FOOTER_BYTES,
-    INDEX,
     MAX_BYTES,
     MESSAGE,
     RECORD,
+    DamageError,
+    Description,
     MessageIndices,
-    RecordType,
+    checksum,
+    parse,
+    records,
+    summary_of,
 )
+
+_TIMES = struct.Struct('<QQ')  # first and last log time, at the head of a chunk
 
 RUN_BYTES = 2**20
 """Messages outside of chunks are read in runs of about this size."""
@@ -52,7 +57,11 @@ class Connection(NamedTuple):
 
 
 class McapWalk:
-    """What a walk through a file finds; `McapFile` says what it means."""
+    """What a walk through a file finds; `McapFile` says what it means.
+
+    The heads of records are read by hand: the library would read every chunk of a killed
+    recording as it is opened, and cannot go on after damage.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -83,12 +92,7 @@ class McapWalk:
         if sentence not in self.damage:
             self.damage.append(sentence)
 
-    def _walk(self, file: BinaryIO, size: int, *, is_mcap: bool) -> None:
-        if not is_mcap:
-            kind = 'is empty' if size == 0 else 'is not an MCAP file (its first bytes differ)'
-            raise RecordingInputError(
-                f'{self.path} {kind}; give a .mcap file or the folder of a bag'
-            )
+    def _walk(self, file: BinaryIO, size: int) -> None:
         position = len(MCAP0_MAGIC)
         while not self._finalised:
             file.seek(position)
@@ -99,7 +103,7 @@ class McapWalk:
                 self._take(file, opcode, position, length)
                 position = end
                 continue
-            places = mcap_records.known_places(file, size)
+            places = _known_places(file, size)
             later = bisect_right(places, position)
             if later == len(places):
                 broken = size - position
@@ -122,8 +126,8 @@ class McapWalk:
         if self._is_data_over and opcode in (Opcode.CHUNK, Opcode.MESSAGE):
             self._note(f'the record at byte {position} does not belong there, ignored')
         elif opcode == Opcode.CHUNK:
-            head = file.read(min(length, CHUNK.size))
-            start_ns, end_ns = CHUNK.unpack(head)[:2] if len(head) == CHUNK.size else (0, 0)
+            head = file.read(min(length, _TIMES.size))
+            start_ns, end_ns = _TIMES.unpack(head) if len(head) == _TIMES.size else (0, 0)
             self._times[position] = (start_ns, end_ns)
             self.segments.append(
                 Segment(start_ns, end_ns, position + RECORD.size, length, is_chunk=True)
@@ -137,34 +141,37 @@ class McapWalk:
                 self._counted[offset] = self._indexed[offset].counts.total()
         elif length > MAX_BYTES:
             self._note(f'the record at byte {position} is too large ({length} bytes), ignored')
-        else:
-            self._take_small(file, opcode, position, length)
+        elif opcode in DESCRIBING:
+            self._is_data_over |= opcode == Opcode.DATA_END
+            self._finalised = opcode == Opcode.FOOTER
+            self._take_description(file, self._described(opcode, file.read(length)), position)
 
-    def _take_small(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
-        """Read one of the records that describe the file."""
-        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            self._define(opcode, file.read(length))
-        elif opcode == Opcode.CHUNK_INDEX:
-            self._check_times(file.read(length))
-        elif opcode == Opcode.METADATA:
-            metadata = self._parse(Metadata, file.read(length))
-            if metadata is not None:
-                self.metadata[metadata.name] = metadata.metadata
-        elif opcode == Opcode.STATISTICS:
-            self._statistics = self._parse(Statistics, file.read(length))
-        elif opcode == Opcode.DATA_END:
-            self._is_data_over = True
-            self._check_data(file, self._parse(DataEnd, file.read(length)), position)
-        elif opcode == Opcode.FOOTER:
-            self._finalised = True
-            self._check_summary(file, self._parse(Footer, file.read(length)), position)
+    def _described(self, opcode: int, content: bytes) -> Description | None:
+        """Read a record that describes the file, and keep a definition."""
+        record = parse(opcode, content)
+        if record is None:
+            self._note(f'a {DESCRIBING[opcode].__name__} record is damaged and ignored')
+        elif isinstance(record, Schema):
+            self.schemas[record.id] = record
+        elif isinstance(record, Channel):
+            self.channels[record.id] = record
+        return record
 
-    def _check_times(self, content: bytes) -> None:
-        """Compare the times in the head of a chunk, which has no checksum, with the index."""
-        if len(content) >= INDEX.size and self._times:
-            start_ns, end_ns, offset = INDEX.unpack_from(content)
-            if self._times.get(offset, (start_ns, end_ns)) != (start_ns, end_ns):
-                self._note(f'the chunk at byte {offset} and its index disagree about its times')
+    def _take_description(self, file: BinaryIO, record: Description | None, position: int) -> None:
+        match record:
+            case ChunkIndex(chunk_start_offset=offset):
+                times = record.message_start_time, record.message_end_time
+                # those in the head of a chunk have no checksum
+                if self._times.get(offset, times) != times:
+                    self._note(f'the chunk at byte {offset} and its index disagree about its times')
+            case Metadata():
+                self.metadata[record.name] = record.metadata
+            case Statistics():
+                self._statistics = record
+            case DataEnd():
+                self._check_data(file, record, position)
+            case Footer():
+                self._check_summary(file, record, position)
 
     def _take_message(self, file: BinaryIO, position: int, length: int) -> None:
         self._loose += 1
@@ -178,25 +185,6 @@ class McapWalk:
             start_ns, end_ns = min(last.start_ns, log_time), max(last.end_ns, log_time)
             self.segments[-1] = Segment(start_ns, end_ns, last.offset, end - last.offset, False)
 
-    def _define(self, opcode: int, content: bytes) -> list[int]:
-        """Take a definition; return the channel that is now known."""
-        if opcode == Opcode.SCHEMA:
-            schema = self._parse(Schema, content)
-            if schema is not None:
-                self.schemas[schema.id] = schema
-            return []
-        channel = self._parse(Channel, content)
-        if channel is None:
-            return []
-        self.channels[channel.id] = channel
-        return [channel.id]
-
-    def _parse(self, record: type[RecordType], content: bytes) -> RecordType | None:
-        parsed = mcap_records.parse(record, content)
-        if parsed is None:
-            self._note(f'a {record.__name__} record is damaged and ignored')
-        return parsed
-
     def _check_end(self, file: BinaryIO, position: int, size: int) -> None:
         file.seek(position)
         extra = size - position - len(MCAP0_MAGIC)
@@ -205,13 +193,11 @@ class McapWalk:
         elif extra:
             self._note(f'{extra} bytes after the end of the recording are ignored')
 
-    def _check_data(self, file: BinaryIO, data_end: DataEnd | None, position: int) -> None:
+    def _check_data(self, file: BinaryIO, data_end: DataEnd, position: int) -> None:
         # Chunks have their own checksum, so only messages outside of chunks need this one.
-        if data_end is None or not data_end.data_section_crc:
+        if not data_end.data_section_crc or not self._loose:
             return
-        if not self._loose:
-            return
-        self._is_data_sound = mcap_records.checksum(file, 0, position) == data_end.data_section_crc
+        self._is_data_sound = checksum(file, 0, position) == data_end.data_section_crc
         if not self._is_data_sound:
             self._note(
                 'the checksum of the data section does not fit, so messages outside of chunks '
@@ -233,12 +219,32 @@ class McapWalk:
             self.segments = chunks
             self._loose = 0
 
-    def _check_summary(self, file: BinaryIO, footer: Footer | None, position: int) -> None:
-        if footer is None or not footer.summary_crc:
+    def _check_summary(self, file: BinaryIO, footer: Footer, position: int) -> None:
+        if not footer.summary_crc:
             return
         start = footer.summary_start or position
         # the sum covers the footer up to itself
         end = position + FOOTER_BYTES - 4
-        if start > position or mcap_records.checksum(file, start, end) != footer.summary_crc:
+        if start > position or checksum(file, start, end) != footer.summary_crc:
             self._statistics = None
             self._note('the summary is damaged, so the messages themselves were counted')
+
+
+def _known_places(file: BinaryIO, size: int) -> list[int]:
+    """Return where the summary says that chunks, and the summary itself, begin, in file order.
+
+    Only a place to go on from when the records before it are damaged: nothing else is taken
+    from there. Empty without a readable summary.
+    """
+    footer, content = summary_of(file, size) or (None, b'')
+    if footer is None:
+        return []
+    places = {footer.summary_start}
+    try:
+        for opcode, body in records(content):
+            index = parse(opcode, body)
+            if isinstance(index, ChunkIndex) and index.chunk_start_offset < footer.summary_start:
+                places.add(index.chunk_start_offset)
+    except DamageError:
+        pass  # the places found so far still help
+    return sorted(places)

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Schema
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, MetadataIndex, Schema
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from recording_support import EPOCH_NS, made_up_run, stamp_of, write_all
@@ -211,6 +211,30 @@ def test_a_record_of_the_summary_is_never_taken_for_a_message(tmp_path: Path) ->
     messages, damage = read_all(path)
     assert [m.data for m in messages] == [b'one']
     assert 'does not belong there' in ' '.join(damage)
+
+
+def test_metadata_beyond_every_file_are_no_foreign_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # the checksum of the summary fits: its writer is hostile
+    path = tmp_path / 'run.mcap'
+    write = MetadataIndex.write
+
+    def far_away(index: MetadataIndex, builder: RecordBuilder) -> None:
+        index.offset = 2**64 - 1
+        write(index, builder)
+
+    monkeypatch.setattr(MetadataIndex, 'write', far_away)
+    with path.open('wb') as file:
+        writer = Writer(file)
+        writer.start('ros2')
+        schema = writer.register_schema('std_msgs/msg/String', 'ros2msg', b'string data')
+        writer.add_message(writer.register_channel('/a', 'cdr', schema), EPOCH_NS, b'a', EPOCH_NS)
+        writer.add_metadata('name', {'key': 'value'})
+        writer.finish()  # type: ignore[no-untyped-call]
+    opened = McapFile(path)
+    assert not opened.is_indexed
+    assert opened.metadata == {'name': {'key': 'value'}}
 
 
 # Files that want memory
