@@ -15,6 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 from rotor_bringup import plots
 from rotor_bringup.plots import AXES, variant_text
 from rotor_interfaces.config import unit_of
+from rotor_interfaces.tapers import hann
 from rotor_sim.analysis import LyapunovExponent, ParameterMap, PoincareSection
 from rotor_sim.analysis.surveys import HARMONICS
 from rotor_sim.parameters import RotorParameters
@@ -222,7 +223,7 @@ def _path(
 def spectrum_of(turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return orders and zero-to-peak amplitudes of samples (revolutions, samples a revolution)."""
     samples = turns.ravel()
-    window = np.hanning(samples.size + 1)[:-1]
+    window = hann(samples.size)
     amplitude = np.abs(np.fft.rfft((samples - samples.mean()) * window)) / (0.5 * window.sum())
     return np.fft.rfftfreq(samples.size, 1.0 / turns.shape[1]), amplitude
 

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.config import MonitorConfig
-from vibration_monitor.names import channels_of, indicator_unit
+from vibration_monitor.names import channel_unit, channels_of
 from vibration_monitor.reading import Recording, waveform_blocks
 
 
@@ -84,7 +84,7 @@ def sample_statistics(
         for name in found.keys() & set(block.columns):
             found[name].take_for_moments(block.rows[name])
     channels = {
-        name: moments.statistics(str(units.get(name) or indicator_unit(f'{name}/rms')))
+        name: moments.statistics(str(units.get(name) or channel_unit(name)))
         for name, moments in found.items()
     }
     return SampleStatistics(turned.reason(config, fault), channels)

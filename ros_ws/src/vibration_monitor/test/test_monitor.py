@@ -34,7 +34,7 @@ from vibration_monitor import (
     VibrationMonitor,
 )
 from vibration_monitor import monitor as monitor_module
-from vibration_monitor.names import EXTRAS
+from vibration_monitor.indicators import EXTRAS
 from vibration_monitor.order_tracking import MIN_SAMPLES_PER_CYCLE
 
 

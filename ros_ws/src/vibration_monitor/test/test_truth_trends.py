@@ -23,9 +23,10 @@ from monitor_signals import (
 )
 from vibration_monitor import MonitorConfig, VibrationMonitor
 from vibration_monitor.config import Extra
-from vibration_monitor.passage import PassageTracker
-from vibration_monitor.synchronous import average_and_residual_rms, synchronous_average
-from vibration_monitor.trend import LoadTrend, load_slope, overlap_inflation
+from vibration_monitor.indicators.average import average_and_residual_rms, synchronous_average
+from vibration_monitor.indicators.passage import PassageTracker
+from vibration_monitor.indicators.trend import LoadTrend, load_slope
+from vibration_monitor.spectrum import overlap_inflation
 
 
 def config(*extras: Extra, **changes: object) -> MonitorConfig:

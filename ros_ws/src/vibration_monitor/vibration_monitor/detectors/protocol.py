@@ -6,15 +6,14 @@ A detector is found through the entry points of the group `rotor_rig.detectors`,
 `module:Class`; either leads to a callable without arguments that makes one.
 """
 
-import importlib
 import inspect
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Any, Protocol, cast
 
 from rotor_interfaces.waveform import WaveformBlock
+from vibration_monitor import plugins
 from vibration_monitor.errors import MonitorError
 
 GROUP = 'rotor_rig.detectors'
@@ -55,7 +54,7 @@ class Detector(Protocol):
 
 def detector_names() -> list[str]:
     """Return the names of the installed detectors."""
-    return sorted(entry_points(group=GROUP).names)
+    return plugins.names_of(GROUP)
 
 
 def detector_target(name: str) -> str:
@@ -65,14 +64,11 @@ def detector_target(name: str) -> str:
         MonitorError: no such entry point, and not of the form `module:Class`.
 
     """
-    found = {point.name: point.value for point in entry_points(group=GROUP)}
-    if name in found:
-        return found[name]
-    module, colon, attribute = name.partition(':')
-    if colon and module and attribute:
-        return name
+    target = plugins.target_of(name, GROUP)
+    if target is not None:
+        return target
     raise MonitorError(
-        f'detector {name!r} is not known; give one of {", ".join(sorted(found)) or "(none)"}, '
+        f'detector {name!r} is not known; give one of {", ".join(detector_names()) or "(none)"}, '
         'module:Class, or topic:NAME'
     )
 
@@ -84,13 +80,7 @@ def load_detector(target: str) -> Callable[[], Detector]:
         MonitorError: the module cannot be imported, lacks the attribute, or it is not callable.
 
     """
-    module, _, attribute = target.partition(':')
-    try:
-        made: Any = importlib.import_module(module)
-        for part in attribute.split('.'):
-            made = getattr(made, part)
-    except (ImportError, AttributeError) as error:
-        raise MonitorError(f'detector {target!r} cannot be loaded: {error}') from None
+    made = plugins.load(target, 'detector')
     if not callable(made):
         raise MonitorError(f'detector {target!r} is not a class or function that makes a detector')
     return cast('Callable[[], Detector]', made)

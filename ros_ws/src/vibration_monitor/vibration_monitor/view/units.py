@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from vibration_monitor import names
+from vibration_monitor.indicators import OF_SOURCE, registry
 
 UNKNOWN = 'unit unknown'
 """Of a column that an importer could not give a unit."""
@@ -36,11 +37,11 @@ class Units:
 
     def of_indicator(self, indicator: str) -> tuple[str, float]:
         """Return the unit in which an indicator is drawn, and the factor from SI to it."""
-        unit = names.indicator_unit(indicator)
-        channel = indicator.rpartition('/')[0]
-        if unit in ('m', 'm/s^2') and channel in self.unknown:
+        known = registry.find(indicator)
+        channel, _ = names.source_and_kind(indicator)
+        if known is None or (known.unit == OF_SOURCE and channel in self.unknown):
             return UNKNOWN, 1.0
-        return names.people_unit(unit)
+        return names.people_unit(registry.unit_of(indicator))
 
     def reference(self, channel: str) -> tuple[float, str]:
         """Return what 0 dB is: the amplitude in SI, and in words."""
