@@ -11,7 +11,7 @@ import numpy as np
 
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor import MonitorConfig, VibrationMonitor
-from vibration_monitor.names import EXTRAS
+from vibration_monitor.indicators import EXTRAS
 
 RATE_HZ, SPEED_RAD_S, DURATION_S, BLOCK_SAMPLES, REPEATS = 10240, 352.0, 6, 2048, 5
 FOUR = ['disk_y', 'disk_z', 'brg1_ay', 'brg1_az']

@@ -110,6 +110,16 @@ def test_the_decoding_example_runs() -> None:
     assert scope['block'].rows['disk_z'].tolist() == [1, 2, 3, 4]
 
 
+def test_the_tables_of_the_indicators_are_those_of_the_registry() -> None:
+    spec = importlib.util.spec_from_file_location('tables', DOCS / 'make_indicator_tables.py')
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    page = text('indicators.md')
+    assert page[page.index(made.MARK) :] == made.tables(), 'run docs/make_indicator_tables.py'
+
+
 @pytest.mark.slow
 def test_the_picture_of_the_view_shows_what_the_present_program_shows(tmp_path: Path) -> None:
     spec = importlib.util.spec_from_file_location('pictures', DOCS / 'make_view_pictures.py')
@@ -129,7 +139,7 @@ def test_the_picture_of_the_view_shows_what_the_present_program_shows(tmp_path: 
     assert f'{state.level}: {state.reasons}' in drawn
 
 
-@pytest.mark.parametrize('page', [ROOT / 'README.md', *sorted(DOCS.glob('*.md'))])
+@pytest.mark.parametrize('page', [ROOT / 'README.md', *sorted(DOCS.rglob('*.md'))])
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r'\]\((?!https?:)([^)#]+)', page.read_text('utf-8')):
         assert (page.parent / target).exists(), f'{page.name} links to {target}'

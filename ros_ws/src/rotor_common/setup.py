@@ -29,6 +29,7 @@ setup(
         ),
     ],
     install_requires=[
+        'numpy>=2.1',
         'pydantic>=2.9',
         'pyyaml>=6.0',
         'rich>=13.9',

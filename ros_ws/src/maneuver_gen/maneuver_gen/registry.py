@@ -22,10 +22,10 @@ import pydantic
 from maneuver_gen import maneuvers
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.maneuver import Maneuver
+from rotor_common import plugins
 from rotor_common.configuration import ConfigModel
 from rotor_common.errors import DataError
 from rotor_common.plain_data import parse_json
-from rotor_common.plugins import load_plugin, plugins
 
 GROUP = 'rotor_rig.maneuvers'
 """The group of entry points."""
@@ -46,7 +46,7 @@ def shipped_maneuvers() -> dict[str, type[Maneuver]]:
 def maneuver_names(*, parts: bool = False) -> list[str]:
     """Return the names of all installed maneuvers; `parts`: without those no segment can be."""
     shipped = {n for n, kind in shipped_maneuvers().items() if kind.part_of_sequence or not parts}
-    return sorted(shipped | plugins(GROUP).keys() - shipped_maneuvers().keys())
+    return sorted(shipped | set(plugins.names_of(GROUP)) - shipped_maneuvers().keys())
 
 
 def find_maneuver(name: Any, *, parts: bool = False) -> type[Maneuver]:
@@ -57,7 +57,7 @@ def find_maneuver(name: Any, *, parts: bool = False) -> type[Maneuver]:
     """
     found = shipped_maneuvers().get(name) if isinstance(name, str) else None
     if found is None and isinstance(name, str):
-        target = plugins(GROUP).get(name, name if ':' in name else '')
+        target = plugins.target_of(name, GROUP)
         found = _load(name, target) if target else None
     if found is None or (parts and not found.part_of_sequence):
         names = maneuver_names(parts=parts)
@@ -71,9 +71,7 @@ def _load(name: str, target: str) -> type[Maneuver]:
     here = str(Path.cwd())
     sys.path.append(here)  # a file in this folder serves, after all that is installed
     try:
-        made = load_plugin(target)
-    except Exception as error:
-        raise ManeuverError(f'profile = {name!r} cannot be loaded: {error}') from error
+        made = plugins.load(target, 'profile =', ManeuverError)
     finally:
         sys.path.remove(here)
     if not isinstance(made, type) or not issubclass(made, Maneuver) or inspect.isabstract(made):

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from rotor_interfaces.channels import channels_of
+from rotor_interfaces.channels import channel_unit, channels_of
 from rotor_interfaces.waveform import WaveformBlock
 from rotor_recording.reading import Recording, waveform_blocks
 from vibration_monitor.monitor_config import MonitorConfig
-from vibration_monitor.names import indicator_unit
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def sample_statistics(
         for name in found.keys() & set(block.columns):
             found[name].take_for_moments(block.rows[name])
     channels = {
-        name: moments.statistics(str(units.get(name) or indicator_unit(f'{name}/rms')))
+        name: moments.statistics(str(units.get(name) or channel_unit(name)))
         for name, moments in found.items()
     }
     return SampleStatistics(turned.reason(config, fault), channels)

@@ -1,21 +1,36 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Classes of other packages: by the name of an entry point, or as `module:Class`."""
+"""Parts that users add: found by entry point or as `module:attribute`, loaded when named."""
 
 import importlib
 from importlib.metadata import entry_points
 from typing import Any
 
 
-def plugins(group: str) -> dict[str, str]:
-    """Return `module:attribute` of every installed entry point of a group, by its name."""
-    return {point.name: point.value for point in entry_points(group=group)}
+def names_of(group: str) -> list[str]:
+    """Return the names of the installed entry points of a group."""
+    return sorted(entry_points(group=group).names)
 
 
-def load_plugin(target: str) -> Any:
-    """Return what `module:attribute` names; raises ImportError or AttributeError."""
+def target_of(name: str, group: str) -> str | None:
+    """Return `module:attribute` of an entry point's name, or of such a text; None for neither."""
+    found = {point.name: point.value for point in entry_points(group=group)}
+    module, colon, attribute = name.partition(':')
+    return found.get(name, name if colon and module and attribute else None)
+
+
+def load(target: str, what: str, error: type[Exception]) -> Any:
+    """Return the object at `module:attribute`; `what` is what people call such a part.
+
+    Raises:
+        error: the module cannot be imported, whatever it raises, or lacks the attribute.
+
+    """
     module, _, attribute = target.partition(':')
-    made: Any = importlib.import_module(module)
-    for part in attribute.split('.'):
-        made = getattr(made, part)
+    try:
+        made: Any = importlib.import_module(module)
+        for part in attribute.split('.'):
+            made = getattr(made, part)
+    except Exception as why:  # a user's module raises what it likes
+        raise error(f'{what} {target!r} cannot be loaded: {why}') from why
     return made

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_common.tapers import hann
 from rotor_dynamics.errors import AnalysisError
 
 Array = NDArray[np.float64]
@@ -262,8 +263,7 @@ def _mean_square_displacement(series: Array) -> Array:
 def _line_share(section: Array) -> Array:
     """Share of power in the strongest lines of (2, ..., m), each line taken out before the next."""
     points = section.shape[-1]
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(points) / points)
-    power = (np.abs(np.fft.rfft(_centred(section) * window, axis=-1)) ** 2).sum(axis=0)
+    power = (np.abs(np.fft.rfft(_centred(section) * hann(points), axis=-1)) ** 2).sum(axis=0)
     total = power.sum(axis=-1)
     bins = np.arange(power.shape[-1])
     for _ in range(LINES):

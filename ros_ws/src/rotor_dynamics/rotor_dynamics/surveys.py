@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_common import interrupt
+from rotor_common.tapers import hann
 from rotor_dynamics.cache import Arrays, ResultCache
 from rotor_dynamics.ensemble import (
     FEWEST_STEPS,
@@ -449,15 +450,10 @@ def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: fl
     return arrays
 
 
-def _window(samples: int) -> Array:
-    """Hann, periodic: side lobes -31 dB, main lobe 2 bins either side."""
-    return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(samples) / samples))
-
-
 def _spectrum(x: Array) -> tuple[Array, Array]:
     """Return the means (n,) and one-sided zero-to-peak amplitudes (n, bins) of (n, samples)."""
     mean = x.mean(axis=1)
-    window = _window(x.shape[1])
+    window = hann(x.shape[1])
     transform = np.fft.rfft((x - mean[:, np.newaxis]) * window, axis=1)
     return mean, np.abs(transform) * (2.0 / window.sum())
 
@@ -465,7 +461,7 @@ def _spectrum(x: Array) -> tuple[Array, Array]:
 def _order_amplitudes(x: Array, ball_pass: Array) -> Array:
     """Return the amplitudes (n, 6) at HARMONICS and each point's ball-pass order, zero-to-peak."""
     samples = x.shape[1]
-    window = _window(samples)
+    window = hann(samples)
     weighted = (x - x.mean(axis=1, keepdims=True)) * (window * (2.0 / window.sum()))
     tau = np.arange(samples) * (2.0 * np.pi / SAMPLES)
     # the ball-pass order is the same at all points, unless the sweep is over a radius

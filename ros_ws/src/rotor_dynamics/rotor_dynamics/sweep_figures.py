@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from rotor_common.configuration import unit_of
+from rotor_common.tapers import hann
 from rotor_dynamics import LyapunovExponent, ParameterMap, PoincareSection, plots
 from rotor_dynamics.plots import AXES, variant_text
 from rotor_dynamics.surveys import HARMONICS
@@ -221,7 +222,7 @@ def _path(
 def spectrum_of(turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return orders and zero-to-peak amplitudes of samples (revolutions, samples a revolution)."""
     samples = turns.ravel()
-    window = np.hanning(samples.size + 1)[:-1]
+    window = hann(samples.size)
     amplitude = np.abs(np.fft.rfft((samples - samples.mean()) * window)) / (0.5 * window.sum())
     return np.fft.rfftfreq(samples.size, 1.0 / turns.shape[1]), amplitude
 

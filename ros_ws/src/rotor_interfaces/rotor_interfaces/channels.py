@@ -35,6 +35,12 @@ def is_acceleration(channel: str) -> bool:
     return match is not None and match['acceleration'] == 'a'
 
 
+def source_and_kind(name: str) -> tuple[str, str]:
+    """Split the name of an indicator, `disk_z/rms`; its source is '' where it is of a window."""
+    source, _, kind = name.rpartition('/')
+    return source, kind
+
+
 def shown_channel(names: Iterable[str]) -> str:
     """Return the channel that people are shown: SHOWN_CHANNEL, else the first; '' for none.
 

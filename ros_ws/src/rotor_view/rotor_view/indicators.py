@@ -5,16 +5,15 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from rotor_interfaces.channels import shown_channel
+from rotor_interfaces.channels import shown_channel, source_and_kind
 from rotor_view import style
 from rotor_view.curves import Curves
 from rotor_view.style import Series
 from rotor_view.units import Units
 from vibration_monitor.detection import Level
+from vibration_monitor.indicators.registry import find
 from vibration_monitor.monitor_config import AlarmRule
 
-_SPEED = 'speed_rad_s'
-_KINDS = ('amplitude', 'phase', 'ratio')
 _AMPLITUDES = tuple(f'amplitude_order_{order}' for order in (1, 2, 3))
 
 
@@ -80,7 +79,7 @@ class Indicators:
     def _add_scaled(self, path: str, offset_ns: int, values: Mapping[str, float]) -> None:
         """Draw values in the units that people read, under the names of their kinds."""
         scaled = [value * self._units.of_indicator(name)[1] for name, value in values.items()]
-        kinds = [name.rpartition('/')[2] for name in values]
+        kinds = [source_and_kind(name)[1] for name in values]
         self._curves.add(path, offset_ns, kinds, scaled)
 
 
@@ -88,12 +87,8 @@ def _groups(values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """Return the indicators by entity: `disk_z/ratio_3_1` goes to disk_z/ratio."""
     groups: dict[str, dict[str, float]] = {}
     for name, value in values.items():
-        channel, _, indicator = name.rpartition('/')
-        kind = indicator.split('_')[0]
-        path = '/'.join(part for part in (style.INDICATORS, channel, kind) if part)
-        if name == _SPEED:
-            path = style.WINDOW_SPEED
-        elif kind not in _KINDS or not indicator[-1:].isdigit():
-            path = path.removesuffix(kind) + 'other'
-        groups.setdefault(path, {})[indicator] = value
+        source, kind = source_and_kind(name)
+        known = find(name)
+        path = [style.INDICATORS, source, known.curves if known else 'other']
+        groups.setdefault('/'.join(filter(None, path)), {})[kind] = value
     return groups

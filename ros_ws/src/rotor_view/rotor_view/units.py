@@ -1,14 +1,14 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Units of what the view shows: those of `names`, as people read them; unknown stays unknown."""
+"""Units of what the view shows: as people read them; unknown stays unknown."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
 from rotor_common.units import people_unit
-from rotor_interfaces.channels import channel_unit
-from vibration_monitor.names import indicator_unit
+from rotor_interfaces.channels import channel_unit, source_and_kind
+from vibration_monitor.indicators import OF_SOURCE, registry
 
 UNKNOWN = 'unit unknown'
 """Of a column that an importer could not give a unit."""
@@ -38,11 +38,11 @@ class Units:
 
     def of_indicator(self, indicator: str) -> tuple[str, float]:
         """Return the unit in which an indicator is drawn, and the factor from SI to it."""
-        unit = indicator_unit(indicator)
-        channel = indicator.rpartition('/')[0]
-        if unit in ('m', 'm/s^2') and channel in self.unknown:
+        known = registry.find(indicator)
+        channel, _ = source_and_kind(indicator)
+        if known is None or (known.unit == OF_SOURCE and channel in self.unknown):
             return UNKNOWN, 1.0
-        return people_unit(unit)
+        return people_unit(registry.unit_of(indicator))
 
     def reference(self, channel: str) -> tuple[float, str]:
         """Return what 0 dB is: the amplitude in SI, and in words."""

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from monitor_signals import RATE_HZ, blocks, signal, steady_angle, table
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.detectors import zones
-from vibration_monitor.detectors.persistence import Persistence
 from vibration_monitor.detectors.protocol import (
     Verdict,
     check_detector,
@@ -23,6 +22,7 @@ from vibration_monitor.detectors.protocol import (
 from vibration_monitor.detectors.ratios import RatioDetector
 from vibration_monitor.detectors.zones import ZoneDetector, rms_velocity
 from vibration_monitor.errors import MonitorError
+from vibration_monitor.persistence import Persistence
 
 SPEED_RAD_S = 352.0
 

@@ -13,8 +13,9 @@ from rotor_common.errors import ConfigError
 from rotor_interfaces.channels import channels_of, is_channel
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS
 from vibration_monitor import MonitorConfig
-from vibration_monitor.indicators import indicator_names, statistics
-from vibration_monitor.names import EXTRAS, channel_indicators, indicator_unit
+from vibration_monitor.indicators import EXTRAS, indicator_names, unit_of
+from vibration_monitor.indicators.registry import kinds
+from vibration_monitor.indicators.statistics import statistics
 
 
 def test_channels_are_the_vibration_columns() -> None:
@@ -37,29 +38,29 @@ def test_other_columns_are_no_channels(name: str) -> None:
 
 def test_units_agree_with_the_wire() -> None:
     for channel in CHANNEL_COLUMNS:
-        assert indicator_unit(f'{channel}/rms') == COLUMN_UNITS[channel]
-        assert indicator_unit(f'{channel}/amplitude_order_1') == COLUMN_UNITS[channel]
-        assert indicator_unit(f'{channel}/ratio_denominator') == COLUMN_UNITS[channel]
-        assert indicator_unit(f'{channel}/phase_ball_pass') == 'rad'
-        assert indicator_unit(f'{channel}/load_slope_error_order_2') == COLUMN_UNITS[channel]
-        assert indicator_unit(f'{channel}/passage_amplitude_order_2') == COLUMN_UNITS[channel]
-        assert indicator_unit(f'{channel}/passage_speed_order_2') == 'rad/s'
+        assert unit_of(f'{channel}/rms') == COLUMN_UNITS[channel]
+        assert unit_of(f'{channel}/amplitude_order_1') == COLUMN_UNITS[channel]
+        assert unit_of(f'{channel}/ratio_denominator') == COLUMN_UNITS[channel]
+        assert unit_of(f'{channel}/phase_ball_pass') == 'rad'
+        assert unit_of(f'{channel}/load_slope_error_order_2') == COLUMN_UNITS[channel]
+        assert unit_of(f'{channel}/passage_amplitude_order_2') == COLUMN_UNITS[channel]
+        assert unit_of(f'{channel}/passage_speed_order_2') == 'rad/s'
         for kind in ('ratio_3_1', 'crest_factor', 'kurtosis', 'envelope_prominence_cage'):
-            assert indicator_unit(f'{channel}/{kind}') == '1'
-    assert indicator_unit('disk/forward_order_1') == 'm'
-    assert indicator_unit('disk/orbit_turns') == '1'
-    assert indicator_unit('brg1_ay/envelope_line_cage') == 'm/s^2'
-    assert indicator_unit('speed_rad_s') == 'rad/s'
-    assert indicator_unit('load_factor_range') == '1'
+            assert unit_of(f'{channel}/{kind}') == '1'
+    assert unit_of('disk/forward_order_1') == 'm'
+    assert unit_of('disk/orbit_turns') == '1'
+    assert unit_of('brg1_ay/envelope_line_cage') == 'm/s^2'
+    assert unit_of('speed_rad_s') == 'rad/s'
+    assert unit_of('load_factor_range') == '1'
 
 
 def test_ratios_need_their_order() -> None:
-    kinds = channel_indicators('disk_y', (1.0, 3.0, 6.5), ())
-    assert [kind for kind in kinds if kind.startswith('ratio')] == [
+    found = kinds('disk_y', (1.0, 3.0, 6.5), ())
+    assert [kind for kind in found if kind.startswith('ratio')] == [
         'ratio_3_1',
         'ratio_denominator',
     ]
-    assert 'amplitude_order_6.5' in kinds
+    assert 'amplitude_order_6.5' in found
 
 
 def test_names_are_unique() -> None:

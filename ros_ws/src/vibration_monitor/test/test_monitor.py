@@ -35,7 +35,7 @@ from vibration_monitor import (
     VibrationMonitor,
 )
 from vibration_monitor import monitor as monitor_module
-from vibration_monitor.names import EXTRAS
+from vibration_monitor.indicators import EXTRAS
 
 
 def noisy_rows(duration_s: float = 2.5, seed: int = 3) -> NDArray[np.void]:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from monitor_signals import blocks, run, steady_angle, table
 from vibration_monitor import MonitorConfig, VibrationMonitor
+from vibration_monitor.indicators.whirl import forward_and_backward
 from vibration_monitor.orbit_shape import NO_ORBIT, OrbitShape, orbit_shape
-from vibration_monitor.whirl import forward_and_backward
 
 Circles = dict[int, complex]
 """Radius and start of each circle of an orbit by its order; negative orders whirl backward."""

@@ -22,10 +22,11 @@ from monitor_signals import (
     table,
 )
 from vibration_monitor import MonitorConfig, VibrationMonitor
+from vibration_monitor.indicators.average import average_and_residual_rms, synchronous_average
+from vibration_monitor.indicators.passage import PassageTracker
+from vibration_monitor.indicators.trend import LoadTrend, load_slope
 from vibration_monitor.monitor_config import Extra
-from vibration_monitor.passage import PassageTracker
-from vibration_monitor.synchronous import average_and_residual_rms, synchronous_average
-from vibration_monitor.trend import LoadTrend, load_slope, overlap_inflation
+from vibration_monitor.spectrum import overlap_inflation
 
 
 def config(*extras: Extra, **changes: object) -> MonitorConfig:

@@ -34,7 +34,7 @@ from vibration_monitor.crack_model import (
     equivalent_loads,
     unit_crack,
 )
-from vibration_monitor.trend import overlap_inflation
+from vibration_monitor.spectrum import overlap_inflation
 
 _LEAST_ERROR_M = 1e-10
 """Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""

@@ -4,13 +4,13 @@
 
 import enum
 import math
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
+from vibration_monitor.indicators.registry import unit_of
 from vibration_monitor.monitor_config import AlarmConfig, AlarmRule
-from vibration_monitor.names import indicator_unit
+from vibration_monitor.persistence import Persistence
 
 CANNOT_JUDGE = 'cannot judge'
 """What people read for STALE."""
@@ -80,56 +80,47 @@ class _RuleState:
         self.name = rule.indicator
         self._limits = {Level.WARN: rule.warn, Level.ERROR: rule.error}
         self._config = config
-        self._values: deque[float] = deque(maxlen=config.out_of)
+        self._last = Persistence(config.required, config.out_of)
         self._reached = dict.fromkeys(self._limits, False)
         self._vouched = False
         self._doubt = ''
 
     def update(self, value: float, doubt: str) -> None:
         self._doubt = doubt
-        self._values.append(math.nan if doubt and value < self._limits[Level.WARN] else value)
+        last = self._last
+        last.update(math.nan if doubt and value < self._limits[Level.WARN] else value)
         for level, limit in self._limits.items():
-            if self._count_high(limit) >= self._config.required:
+            if last.reached >= limit:
                 self._reached[level] = True
-            elif self._count_low(self._config.release_ratio * limit) >= self._config.required:
+            elif last.undercut < self._config.release_ratio * limit:
                 self._reached[level] = False
-        if self._count_low(self._limits[Level.WARN]) >= self._config.required:
+        if last.undercut < self._limits[Level.WARN]:
             self._vouched = True
-        elif self._is_silent():
+        elif not last.numbers:
             self._vouched = False
-
-    def _is_silent(self) -> bool:
-        return all(math.isnan(value) for value in self._values)
-
-    def _count_high(self, limit: float) -> int:
-        return sum(value >= limit for value in self._values)
-
-    def _count_low(self, limit: float) -> int:
-        return sum(value < limit for value in self._values)
 
     def _found(self) -> Level | None:
         """Return the highest level that has been reached and not left."""
         return max((level for level in self._limits if self._reached[level]), default=None)
 
     def level(self) -> Level:
-        if self._is_silent():
+        if not self._last.numbers:
             return Level.STALE
         return self._found() or (Level.OK if self._vouched else Level.STALE)
 
     def reason(self) -> str:
         level = self.level()
-        windows = len(self._values)
         if level is Level.STALE:
             return self._why_stale()
         limit = self._limits[level]
-        unit = indicator_unit(self.name)
+        unit = unit_of(self.name)
         suffix = '' if unit == '1' else f' {unit}'
-        last = [value for value in self._values if not math.isnan(value)][-1]
-        text = f'{self.name} = {last:.4g}{suffix}: '
-        high = self._count_high(limit)
-        if high >= self._config.required:
+        last = self._last
+        text = f'{self.name} = {last.numbers[-1]:.4g}{suffix}: '
+        if last.reached >= limit:
+            high = sum(value >= limit for value in last.numbers)
             return text + (
-                f'{high} of the last {windows} windows reach the {level.name} limit '
+                f'{high} of the last {len(last.values)} windows reach the {level.name} limit '
                 f'{limit:g}{suffix}'
             )
         return text + (
@@ -138,10 +129,10 @@ class _RuleState:
         )
 
     def _why_stale(self) -> str:
-        numbers = sum(not math.isnan(value) for value in self._values)
-        why = self._doubt or f'no valid value in the last {len(self._values)} windows'
-        if numbers:
-            why = f'{numbers} of the {self._config.required} windows that it takes'
+        last = self._last
+        why = self._doubt or f'no valid value in the last {len(last.values)} windows'
+        if last.numbers:
+            why = f'{len(last.numbers)} of the {self._config.required} windows that it takes'
         text = f'{CANNOT_JUDGE}: {self.name}: {why}'
         found = self._found()
         return f'{text}; {found.name} was found before and is not refuted' if found else text

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from rotor_interfaces.gaps import Continuity, SampleContinuity
 from rotor_interfaces.waveform import CHANNEL_COLUMNS, LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock
+from vibration_monitor.analyzer import Analyzer
 from vibration_monitor.block_columns import (
     Column,
     channels_to_use,
@@ -30,7 +31,7 @@ from vibration_monitor.block_columns import (
 from vibration_monitor.buffer import SampleBuffer
 from vibration_monitor.clock import BlockClock, own_rate
 from vibration_monitor.detection import AlarmState, Level, RuleJudge
-from vibration_monitor.indicators import Analyser, OrderSpectrum, Window
+from vibration_monitor.indicators import OrderSpectrum, Window
 from vibration_monitor.keyphasor import KeyphasorAngle, PulseCounts
 from vibration_monitor.monitor_config import MonitorConfig
 
@@ -170,13 +171,13 @@ class VibrationMonitor:
             self._gap = f'{first - (expected or 0)} samples before sample {first} were lost'
             self._previous = math.nan
         if not self._names:
-            self._analyser = Analyser(channels, self.config)
-            self._names = self._analyser.names
+            self._analyzer = Analyzer(channels, self.config)
+            self._names = self._analyzer.names
             self._buffer = SampleBuffer(len(channels) + 2)
             self._waiting = SampleBuffer(len(channels) + 1)
             self._most_samples = min(MAX_WINDOW_SAMPLES, MAX_WINDOW_VALUES // (len(channels) + 2))
         revolutions = revolutions_of(block)
-        columns = [column_of(block, name) for name in (*self._analyser.channels, 'load_y')]
+        columns = [column_of(block, name) for name in (*self._analyzer.channels, 'load_y')]
         for piece, present in stretches(np.isfinite(revolutions)):
             parts = [column[piece] for column in columns]
             if present:
@@ -348,7 +349,7 @@ class VibrationMonitor:
             self._reason = f'the window holds more than {self._most_samples} samples'
             return self._invalid(window, last_sample, self._reason)
         used = rows[:, before : inside.stop + 1]
-        found = self._analyser.analyse(
+        found = self._analyzer.analyze(
             Window(
                 start=start,
                 count=self.config.window_revolutions,

@@ -5,22 +5,39 @@
 import difflib
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import pydantic
 
 from rotor_common.configuration import ConfigModel, quantity
-from rotor_interfaces.channels import is_channel
-from vibration_monitor.crack_model import CRACK_ORDERS, PROBES, CrackConfig
-from vibration_monitor.names import EXTRAS, channel_indicators, plane_indicators, window_indicators
+from rotor_common.errors import ConfigError
+from rotor_interfaces.channels import is_channel, source_and_kind
+from vibration_monitor.crack_model import CrackConfig
+from vibration_monitor.errors import MonitorError
+from vibration_monitor.indicators.registry import (
+    EXTRAS,
+    GROUP,
+    chosen,
+    family_of,
+    is_loaded,
+    kinds,
+)
 from vibration_monitor.spectrum import MAIN_LOBE_BINS
 
 MAX_WINDOW_REVOLUTIONS = 512
 MAX_CHANNELS = 64
 
-Extra = Literal[
-    'spectrum', 'statistics', 'whirl', 'average', 'orbit', 'envelope', 'passage', 'trend', 'crack'
-]
+
+def _check_extra(extra: str) -> str:
+    try:
+        family_of(extra)
+    except MonitorError as error:
+        raise MonitorError(f'{extra!r} is not allowed; {error}') from None
+    return extra
+
+
+Extra = Annotated[str, pydantic.AfterValidator(_check_extra)]
+"""Name of a family of indicators, see `indicators.registry`."""
 
 _ORDER_RANGE = (0.25, 50.0)
 
@@ -153,11 +170,19 @@ class MonitorConfig(ConfigModel):
         """Return the settings of a run from its `rotor/config`; the defaults where it has none.
 
         Raises:
-            ConfigError: settings that this version refuses.
+            ConfigError: settings that this version refuses, or a module of indicators that
+                nobody but the run has named: a recording does not choose what is imported.
 
         """
         scenario = (config or {}).get('scenario')
         monitor = scenario.get('monitor') if isinstance(scenario, Mapping) else None
+        extras = monitor.get('extras') if isinstance(monitor, Mapping) else None
+        for extra in extras if isinstance(extras, list) else []:
+            if isinstance(extra, str) and ':' in extra and not is_loaded(extra):
+                raise ConfigError(
+                    f'monitor.extras = {extra!r} names a module, and what a recording names is '
+                    f'not imported; install it under a name (entry points of {GROUP})'
+                )
         return cls.from_mapping({} if monitor is None else monitor, 'monitor')
 
     @pydantic.field_validator('channels')
@@ -205,19 +230,9 @@ class MonitorConfig(ConfigModel):
                 f'hop_revolutions = {self.hop_revolutions} would leave revolutions unseen; '
                 f'allowed: 1 to window_revolutions = {self.window_revolutions}'
             )
-        needed = [f'{order:g}' for order in CRACK_ORDERS if order not in self.orders]
-        if 'crack' in self.extras and needed:
-            raise ValueError(f"extras holds 'crack', which needs order {needed[0]} in orders")
-        lacking = [name for name in PROBES if self.channels and name not in self.channels]
-        if 'crack' in self.extras and lacking:
-            raise ValueError(f"extras holds 'crack', but channels does not hold {lacking[0]!r}")
-        if 'passage' in self.extras and self.critical_speed_rad_s is None:
-            raise ValueError("extras holds 'passage', which needs critical_speed_rad_s; give it")
-        if 'envelope' in self.extras and not self.ball_pass_order < self.ball_count:
-            raise ValueError(
-                f'ball_pass_order = {self.ball_pass_order:g} is not below ball_count = '
-                f'{self.ball_count}; a cage turns slower than the shaft'
-            )
+        for family in chosen(self.extras):
+            if refusal := family.refusal(self):
+                raise ValueError(refusal)
         for order in self.orders:
             self._check_separation(order)
         if 'alarm' in self.model_fields_set or 'crack' in self.extras:
@@ -241,31 +256,24 @@ class MonitorConfig(ConfigModel):
         )
 
     def _check_indicator(self, name: str) -> None:
-        source, _, kind = name.rpartition('/')
-        known = self._kinds(source, self.extras)
+        source, kind = source_and_kind(name)
+        known = kinds(source, self.orders, self.extras)
+        every = kinds(source, self.orders, EXTRAS)
         if kind in known:
             needed = [source] if is_channel(source) else [f'{source}_y', f'{source}_z']
             missing = [channel for channel in needed if channel not in self.channels]
             if not self.channels or not source or not missing:
                 return
             why = f'channels does not hold {missing[0]!r}'
-        elif source and not is_channel(source) and kind not in self._kinds(source, EXTRAS):
+        elif source and not is_channel(source) and kind not in every:
             why = f'{source!r} {_NO_CHANNEL}'
-        elif kind in self._kinds(source, EXTRAS):
-            extra = next(e for e in EXTRAS if kind in self._kinds(source, (e,)))
+        elif kind in every:
+            extra = next(e for e in EXTRAS if kind in kinds(source, self.orders, (e,)))
             why = f'add {extra!r} to extras'
         else:
             close = difflib.get_close_matches(kind, known, n=1)
             why = f'did you mean {close[0]!r}?' if close else f'allowed: {", ".join(known)}'
         raise ValueError(f'alarm.rules names an unknown indicator {name!r}; {why}')
-
-    def _kinds(self, source: str, extras: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the indicators that a channel, a plane or, without name, the window can have."""
-        if not source:
-            return window_indicators(extras)
-        if is_channel(source):
-            return channel_indicators(source, self.orders, extras)
-        return plane_indicators(self.orders, extras)
 
 
 _NO_CHANNEL = 'is no channel name (it must end in _y, _z, _ay or _az)'

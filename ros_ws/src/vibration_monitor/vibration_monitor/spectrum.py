@@ -33,6 +33,22 @@ def blackman_harris(count: int) -> NDArray[np.float64]:
     return window
 
 
+@functools.lru_cache(maxsize=8)
+def overlap_inflation(window_revolutions: int, hop_revolutions: int) -> float:
+    """Return how many times larger the variance of a mean is because windows overlap.
+
+    1 + 2 sum of the correlations of windows k hops apart, for white noise (Harris, Proceedings of
+    the IEEE 66 (1978) 51-83, section 4 C).
+    """
+    window = blackman_harris(64 * window_revolutions)
+    shift = 64 * hop_revolutions
+    total = 1.0
+    for start in range(shift, len(window), shift):
+        correlation = np.sum(window[start:] * window[:-start]) / np.sum(window**2)
+        total += 2.0 * float(correlation)
+    return total
+
+
 def weighted(signal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return w (x - m) / sum(w), with m the mean under the window w, so that its sum is zero.
 

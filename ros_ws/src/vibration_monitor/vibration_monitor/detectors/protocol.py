@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
-from rotor_common.plugins import load_plugin, plugins
+from rotor_common import plugins
 from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.errors import MonitorError
 
@@ -54,7 +54,7 @@ class Detector(Protocol):
 
 def detector_names() -> list[str]:
     """Return the names of the installed detectors."""
-    return sorted(plugins(GROUP))
+    return plugins.names_of(GROUP)
 
 
 def detector_target(name: str) -> str:
@@ -64,14 +64,11 @@ def detector_target(name: str) -> str:
         MonitorError: no such entry point, and not of the form `module:Class`.
 
     """
-    found = plugins(GROUP)
-    if name in found:
-        return found[name]
-    module, colon, attribute = name.partition(':')
-    if colon and module and attribute:
-        return name
+    target = plugins.target_of(name, GROUP)
+    if target is not None:
+        return target
     raise MonitorError(
-        f'detector {name!r} is not known; give one of {", ".join(sorted(found)) or "(none)"}, '
+        f'detector {name!r} is not known; give one of {", ".join(detector_names()) or "(none)"}, '
         'module:Class, or topic:NAME'
     )
 
@@ -83,10 +80,7 @@ def load_detector(target: str) -> Callable[[], Detector]:
         MonitorError: the module cannot be imported, lacks the attribute, or it is not callable.
 
     """
-    try:
-        made = load_plugin(target)
-    except (ImportError, AttributeError) as error:
-        raise MonitorError(f'detector {target!r} cannot be loaded: {error}') from None
+    made = plugins.load(target, 'detector', MonitorError)
     if not callable(made):
         raise MonitorError(f'detector {target!r} is not a class or function that makes a detector')
     return cast('Callable[[], Detector]', made)

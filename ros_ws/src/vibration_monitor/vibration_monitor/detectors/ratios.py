@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 
 from rotor_interfaces.waveform import WaveformBlock
-from vibration_monitor.detectors.persistence import Persistence
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.monitor_config import MonitorConfig
+from vibration_monitor.persistence import Persistence
 
 LIMITS = {'disk_z/ratio_2_1': 0.3, 'disk_z/ratio_3_1': 0.5}
 """Limits above what a healthy rotor of this kind shows in steady flight (docs/monitor.md)."""

@@ -16,9 +16,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from rotor_common.tapers import hann
 from rotor_interfaces.waveform import ACCELERATION_COLUMNS, WaveformBlock
-from vibration_monitor.detectors.persistence import Persistence
 from vibration_monitor.detectors.protocol import SILENT, Verdict
+from vibration_monitor.persistence import Persistence
 
 BAND_HZ = (10.0, 1000.0)
 WINDOW_S = 1.0
@@ -128,9 +129,8 @@ def rms_velocity(accelerations: Array, rate_hz: float) -> Array:
     line divided by its angular frequency; Hann window, whose mean square is 3/8.
     """
     count = accelerations.shape[1]
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(count) / count)
     centred = accelerations - accelerations.mean(axis=1, keepdims=True)
-    spectrum = np.fft.rfft(centred * window, axis=1)
+    spectrum = np.fft.rfft(centred * hann(count), axis=1)
     frequency_hz = np.fft.rfftfreq(count, 1 / rate_hz)
     inside = (frequency_hz >= BAND_HZ[0]) & (frequency_hz <= BAND_HZ[1])
     velocity = spectrum[:, inside] / (2 * np.pi * frequency_hz[inside])

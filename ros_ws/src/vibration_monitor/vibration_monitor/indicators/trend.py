@@ -7,14 +7,20 @@ least squares in the complex plane. What does not depend on the load (unbalance,
 a, what does (a crack that the weight opens and closes) in b.
 """
 
-import functools
 import math
 from collections import deque
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibration_monitor.spectrum import blackman_harris
+from rotor_common.constants import GRAVITY_M_S2
+from vibration_monitor.indicators.family import OF_SOURCE, Family, Indicator
+from vibration_monitor.indicators.window import Array, Window
+from vibration_monitor.spectrum import overlap_inflation
+
+if TYPE_CHECKING:
+    from vibration_monitor.monitor_config import MonitorConfig
 
 SPEED_TOLERANCE = 0.02
 """Windows whose speed differs by more of it from that of the newest one are left out."""
@@ -24,6 +30,49 @@ MIN_LOAD_SPREAD = 0.1
 """Least standard deviation of the load factor for which there is a slope."""
 
 Complex = NDArray[np.complex128]
+
+
+class Trend(Family):
+    """How the vectors at 1x, 2x and 3x change with the load factor.
+
+    Least squares Z = a + b n over the last `trend_windows` (40) windows whose speed is within 2 %
+    of the newest one's; Z is the vector, n the load factor of the window, b complex. What does not
+    depend on the load, such as unbalance and misalignment, is in a and does not enter the slope.
+    The error counts the overlap of windows (variance times 2.0 for a hop of 16 in 64). Without any
+    dependence the slope is about its error, not 0: compare the two.
+    """
+
+    key = 'trend'
+    title = 'Load trend'
+    needs = '6 windows and a load factor with a standard deviation of 0.1 among them, else NaN.'
+    fooled_by = (
+        "What else depends on the load: the bearings' own stiffness and clearance (near half the "
+        'critical speed a sound rotor has a slope); a dependence that is not a line (near a '
+        'super-harmonic resonance); a load that changes within the windows.'
+    )
+    source = "Harris, Proceedings of the IEEE 66 (1978) 51-83 (the overlap's share in the error)."
+    orders = (1.0, 2.0, 3.0)
+    indicators = (
+        Indicator(
+            'load_slope_order_{order}', OF_SOURCE, 'abs(b), for each unit of the load factor'
+        ),
+        Indicator('load_slope_error_order_{order}', OF_SOURCE, 'standard error of the slope'),
+    )
+
+    def __init__(
+        self, config: 'MonitorConfig', channels: tuple[str, ...], sources: tuple[str, ...]
+    ) -> None:
+        super().__init__(config, channels, sources)
+        self._places = [config.orders.index(n) for n in self.orders if n in config.orders]
+        inflation = overlap_inflation(config.window_revolutions, config.hop_revolutions)
+        self._trend = LoadTrend(config.trend_windows, inflation)
+
+    def compute(self, window: Window) -> Array:
+        """Return slope and error of each channel, order by order."""
+        load_factor = window.load_m_s2 / GRAVITY_M_S2
+        vectors = window.vectors[:, self._places]
+        found = self._trend.update(window.speed_rad_s, load_factor, vectors)
+        return np.stack(found, axis=2).reshape(len(vectors), -1)
 
 
 def load_slope(
@@ -53,22 +102,6 @@ def load_slope(
     rest = np.abs(centred - deviation[:, np.newaxis] * slope) ** 2
     variance = np.sum(rest, axis=0) / (windows - 2)
     return np.abs(slope), np.sqrt(variance * inflation / spread)
-
-
-@functools.lru_cache(maxsize=8)
-def overlap_inflation(window_revolutions: int, hop_revolutions: int) -> float:
-    """Return how many times larger the variance of a mean is because windows overlap.
-
-    1 + 2 sum of the correlations of windows k hops apart, for white noise (Harris, Proceedings of
-    the IEEE 66 (1978) 51-83, section 4 C).
-    """
-    window = blackman_harris(64 * window_revolutions)
-    shift = 64 * hop_revolutions
-    total = 1.0
-    for start in range(shift, len(window), shift):
-        correlation = np.sum(window[start:] * window[:-start]) / np.sum(window**2)
-        total += 2.0 * float(correlation)
-    return total
 
 
 class LoadTrend:
