@@ -131,7 +131,7 @@ def test_statistics_of_known_samples() -> None:
         ({'channels': ['disk']}, "channels: 'disk' is no channel name"),
         ({'channels': ['disk_z', 'disk_z']}, "channels: 'disk_z' stands there more than once"),
         ({'channels': ['disk_y']}, "extras holds 'crack', but channels does not hold 'disk_z'"),
-        ({'extras': ['orbits']}, r"extras\[0\] = 'orbits' is not allowed.*'orbit'"),
+        ({'extras': ['orbits']}, r"extras\[0\]: 'orbits' is not allowed.*'orbit'"),
         ({'extras': ['orbit', 'orbit']}, "extras: 'orbit' stands there more than once"),
         ({'extras': ['passage']}, "extras holds 'passage', which needs critical_speed_rad_s"),
         ({'critical_speed_rad_s': 0.0}, 'critical_speed_rad_s = 0.0 is out of range.*above 0'),
