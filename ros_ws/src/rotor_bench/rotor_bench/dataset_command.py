@@ -31,7 +31,10 @@ def dataset(  # noqa: PLR0917 - typer names them
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a labelled data set: flights of virtual machines, healthy and cracked."""
+    """Write a labelled data set: flights of virtual machines, healthy and cracked.
+
+    Example: rotor-rig dataset smoke --machines 2 --out flights
+    """
     check_folder_name(out)
     from rotor_bench.dataset.run import make_dataset
 

@@ -62,7 +62,10 @@ def evaluate(
     ] = 20.0,
     as_json: Annotated[bool, typer.Option('--json', help='Print the statistics as JSON.')] = False,
 ) -> None:
-    """Test detectors blind on the flights of a suite."""
+    """Test detectors blind on the flights of a suite.
+
+    Example: rotor-rig evaluate ratios zones --suite smoke
+    """
     _check(detectors, jobs=jobs, limit=limit)
     make_folder(out)
     with _interruptible(out / PARTS):

@@ -21,7 +21,10 @@ def analyze(
     waveform_topic: WaveformOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run the monitor over a recording: the same indicators as live."""
+    """Run the monitor over a recording: the same indicators as live.
+
+    Example: rotor-rig analyze flight.mcap --out windows.csv
+    """
     from rotor_bringup.analysis import analyze_recording, windows_file
 
     with nullcontext() if out is None else windows_file(out) as on_window:

@@ -22,7 +22,10 @@ def baseline(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Learn a machine's baseline for the crack estimate, as a part of a scenario."""
+    """Learn a machine's baseline for the crack estimate, as a part of a scenario.
+
+    Example: rotor-rig baseline healthy_1.mcap healthy_2.mcap
+    """
     from rotor_recording.reading import Recording
     from rotor_rig.pipeline import analyze
     from vibration_monitor.detectors.baseline import (

@@ -38,7 +38,10 @@ def run(
     view: Annotated[bool, typer.Option('--view', help='Show the run live in rerun.')] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a scenario live over DDS and record it; exit code 1 if anything was lost."""
+    """Run a scenario live over DDS and record it; exit code 1 if anything was lost.
+
+    Example: rotor-rig run climb_dive --duration 5 --view
+    """
     dds.require_loadable()
     from rotor_bringup.live import run_live
 

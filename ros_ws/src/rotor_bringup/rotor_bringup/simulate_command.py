@@ -21,7 +21,10 @@ def simulate(
     duration: DurationOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the recording of a scenario offline; no ROS runs."""
+    """Make the recording of a scenario offline; no ROS runs.
+
+    Example: rotor-rig simulate climb_dive --out flight.mcap
+    """
     from rotor_bringup.display import RunState
     from rotor_rig.pipeline import record
 

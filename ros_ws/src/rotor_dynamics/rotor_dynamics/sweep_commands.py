@@ -241,14 +241,20 @@ class _Directed(Analysis):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitDiagram(_Directed):
-    """Draw the orbit (bifurcation) diagram: Y and Z once a revolution over a parameter."""
+    """Draw the orbit (bifurcation) diagram: Y and Z once a revolution over a parameter.
+
+    Example: rotor-rig orbit-diagram --over K 0 0.3 200 --out diagram.png
+    """
 
     name: ClassVar[str] = 'orbit-diagram'
 
 
 @dataclass(frozen=True, kw_only=True)
 class Waterfall(_Directed):
-    """Draw the amplitude spectra of Y and Z over a parameter."""
+    """Draw the amplitude spectra of Y and Z over a parameter.
+
+    Example: rotor-rig waterfall --over speed 200 800 60
+    """
 
     name: ClassVar[str] = 'waterfall'
 
@@ -270,7 +276,10 @@ class _PointOrSweep(Analysis):
 
 @dataclass(frozen=True, kw_only=True)
 class Lyapunov(_PointOrSweep):
-    """Compute the largest Lyapunov exponent per unit tau, at one point or over a parameter."""
+    """Compute the largest Lyapunov exponent per unit tau, at one point or over a parameter.
+
+    Example: rotor-rig lyapunov --speed 542 --load 3
+    """
 
     name: ClassVar[str] = 'lyapunov'
     revolutions: Annotated[int, typer.Option(help='Revolutions of the exponent.')] = (
@@ -307,7 +316,10 @@ class Lyapunov(_PointOrSweep):
 
 @dataclass(frozen=True, kw_only=True)
 class Poincare(_PointOrSweep):
-    """Draw one motion (orbit, phase portrait, section, spectrum), or sections over a parameter."""
+    """Draw one motion (orbit, phase portrait, section, spectrum), or sections over a parameter.
+
+    Example: rotor-rig poincare --speed 352 --set K=0.1 --out motion.png
+    """
 
     name: ClassVar[str] = 'poincare'
 
@@ -339,7 +351,10 @@ class Poincare(_PointOrSweep):
 
 @dataclass(frozen=True, kw_only=True)
 class Map(Analysis):
-    """Draw the largest exponent and the super-harmonics of Z over two parameters."""
+    """Draw the largest exponent and the super-harmonics of Z over two parameters.
+
+    Example: rotor-rig map --over speed 300 600 20 --against K 0 0.2 10
+    """
 
     name: ClassVar[str] = 'map'
     over: Over

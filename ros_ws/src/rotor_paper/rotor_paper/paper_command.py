@@ -50,7 +50,10 @@ def paper(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw figures 5 to 19 of the paper again and say what agrees with them."""
+    """Draw figures 5 to 19 of the paper again and say what agrees with them.
+
+    Example: rotor-rig paper 14 15 --values 40 --out paper
+    """
     numbers = _figures(figures)
     names = _variants(variant)
     counts = {'values': values, 'transient': transient, 'revolutions': revolutions}

@@ -57,7 +57,10 @@ def import_recording(
     ] = '',
     as_json: JsonOption = False,
 ) -> None:
-    """Turn a recording of a real machine into one of the rig's."""
+    """Turn a recording of a real machine into one of the rig's.
+
+    Example: rotor-rig import run.csv --channel brg1_ay=2 --unit g --rate-hz 12000 --out run.mcap
+    """
     from rotor_recording.importing.convert import ImportPlan, check_out, convert, write
 
     check_out(out)

@@ -25,7 +25,10 @@ def replay(
         list[str] | None, typer.Option(help='Only this topic; may be given several times.')
     ] = None,
 ) -> None:
-    """Publish a recording again, with its own times as /clock."""
+    """Publish a recording again, with its own times as /clock.
+
+    Example: rotor-rig replay flight.mcap --rate 4
+    """
     from rotor_recording.replay_node import replay as replay_recording
 
     code = replay_recording(file, rate=rate, loop=loop, start_s=start, topics=topic)
@@ -73,7 +76,9 @@ def verify(
 ) -> None:
     """Check a recording: checksums, counts, types, sample index, stamps, metadata.yaml.
 
-    Exit code 1 if something is wrong. Example: rotor-rig verify recordings/flight
+    Exit code 1 if something is wrong.
+
+    Example: rotor-rig verify recordings/flight
     """
     from rotor_recording import verification
 

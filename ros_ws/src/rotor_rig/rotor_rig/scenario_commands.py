@@ -16,7 +16,10 @@ app = typer.Typer(help=__doc__, no_args_is_help=True)
 
 @app.command('list')
 def list_scenarios(as_json: JsonOption = False) -> None:
-    """List the scenarios that come with the rig."""
+    """List the scenarios that come with the rig.
+
+    Example: rotor-rig scenario list --json
+    """
     scenarios = [load_scenario(name) for name in shipped_scenarios()]
     if as_json:
         print_json({plan.name: plan.description for plan in scenarios})
@@ -29,7 +32,10 @@ def list_scenarios(as_json: JsonOption = False) -> None:
 
 @app.command('show')
 def show_scenario(scenario: ScenarioArgument, as_json: JsonOption = False) -> None:
-    """Show a scenario with every value it leaves to the defaults."""
+    """Show a scenario with every value it leaves to the defaults.
+
+    Example: rotor-rig scenario show climb_dive
+    """
     plan = load_scenario(scenario)
     if as_json:
         print_json(plan.plain())
@@ -42,7 +48,10 @@ def check_scenario(
     file: Annotated[str, typer.Argument(help='YAML file of a scenario.')],
     as_json: JsonOption = False,
 ) -> None:
-    """Check a scenario without running it."""
+    """Check a scenario without running it.
+
+    Example: rotor-rig scenario check mine.yaml
+    """
     plan = load_scenario(file)
     if as_json:
         print_json({'scenario': plan.name, 'ok': True, 'warnings': plan.warnings()})

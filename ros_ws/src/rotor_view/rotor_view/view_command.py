@@ -19,7 +19,10 @@ def view(
     ] = None,
     waveform_topic: WaveformOption = None,
 ) -> None:
-    """Show a recording in rerun: plots, orbit, spectra and the rig in 3-D."""
+    """Show a recording in rerun: plots, orbit, spectra and the rig in 3-D.
+
+    Example: rotor-rig view flight.mcap --screenshot view.png
+    """
     from rotor_view import view_recording
 
     warn(view_recording(file, save=save, screenshot=screenshot, waveform_topic=waveform_topic))
