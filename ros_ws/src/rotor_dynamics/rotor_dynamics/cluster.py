@@ -1,12 +1,12 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the points of an analysis are computed: in this process, or on somebody's dask cluster."""
+"""Where the points of an analysis are computed: threads of this process, or a dask cluster."""
 
 import concurrent.futures
-import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from multiprocessing.pool import ThreadPool
 from typing import TYPE_CHECKING, Any
 
 from rotor_common.errors import ProcessError
@@ -16,7 +16,6 @@ from rotor_dynamics.errors import AnalysisError
 if TYPE_CHECKING:
     from distributed import Client
 
-LOOPBACK = '127.0.0.1:0'
 CONNECT_S = 10.0
 
 
@@ -24,18 +23,23 @@ CONNECT_S = 10.0
 def executor(scheduler: str | None, jobs: int | None) -> Iterator[concurrent.futures.Executor]:
     """Give an executor for pure, picklable tasks; leaving the block drops what is not done.
 
-    `scheduler` None starts a cluster of `jobs` threads (default: all cores) in this process: the
-    kernels release the GIL, so threads are enough, and no task leaves the process. Otherwise
-    `scheduler` is the address of a dask scheduler (tcp://host:port) whose workers have the same
-    version of rotor_sim; a worker that dies loses nothing, its tasks are given to another.
+    `scheduler` None starts `jobs` threads (default: one for each core) in this process: the kernels
+    release the GIL, so threads are enough. Otherwise `scheduler` is the address of a dask scheduler
+    (tcp://host:port) whose workers have the same version of the rig; a worker that dies loses
+    nothing, its tasks are given to another.
 
     Raises AnalysisError for arguments that do not serve and a scheduler that cannot be used,
     ProcessError when the cluster is lost on the way.
     """
+    check_executor(scheduler, jobs)
+    if scheduler is None:
+        with ThreadPool(jobs or os.cpu_count()) as threads:
+            yield _Threads(threads)
+        return
     from distributed import KilledWorker  # noqa: PLC0415 - slow
 
-    check_executor(scheduler, jobs)
-    with _client(scheduler, jobs) as client:
+    with _connect(scheduler) as client:
+        _check_workers(client, scheduler)
         try:
             # a pure call would be looked up by its name among those of other people's code
             yield client.get_executor(pure=False)
@@ -58,41 +62,19 @@ def check_executor(scheduler: str | None, jobs: int | None) -> None:
         raise AnalysisError(f'--jobs {jobs} is out of range; allowed: 1 or more')
 
 
-@contextmanager
-def _client(scheduler: str | None, jobs: int | None) -> Iterator['Client']:
-    from distributed import Client  # noqa: PLC0415 - slow
+class _Threads(concurrent.futures.Executor):
+    """Daemon threads, which nothing waits for: Ctrl-C must not take the time of a chunk."""
 
-    if scheduler is None:
-        with _local_cluster(jobs or os.cpu_count() or 1) as cluster, Client(cluster) as client:
-            yield client
-        return
-    client = _connect(scheduler)
-    with client:
-        _check_workers(client, scheduler)
-        yield client
+    def __init__(self, threads: ThreadPool) -> None:
+        self._threads = threads
 
-
-def _local_cluster(threads: int) -> Any:
-    """Return a cluster in this process; it talks through memory and listens on loopback only."""
-    from distributed import LocalCluster  # noqa: PLC0415 - slow
-    from distributed.threadpoolexecutor import ThreadPoolExecutor  # noqa: PLC0415
-
-    class Releasing(ThreadPoolExecutor):  # type: ignore[misc]
-        """Threads that a closing cluster does not wait for: Ctrl-C must not take a chunk's time."""
-
-        def shutdown(self, wait: bool = True, timeout: float | None = None) -> None:  # noqa: ARG002
-            super().shutdown(wait=False)
-
-    return LocalCluster(
-        processes=False,
-        n_workers=1,
-        threads_per_worker=threads,
-        executor=Releasing(threads, thread_name_prefix='analysis'),
-        dashboard_address=LOOPBACK,  # dask serves its status pages in any case
-        worker_dashboard_address=LOOPBACK,
-        memory_limit=0,  # it would count all of this process
-        silence_logs=logging.ERROR,
-    )
+    def submit(
+        self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
+    ) -> concurrent.futures.Future[Any]:
+        future: concurrent.futures.Future[Any] = concurrent.futures.Future()
+        future.set_running_or_notify_cancel()  # leaving the pool drops it, nothing else
+        self._threads.apply_async(fn, args, kwargs, future.set_result, future.set_exception)
+        return future
 
 
 def _connect(scheduler: str) -> 'Client':
