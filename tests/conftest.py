@@ -15,7 +15,7 @@ from rig_support import LiveRun, LiveRuns, Rig, RigRun
 def rig(tmp_path_factory: pytest.TempPathFactory) -> Rig:
     """Run `rotor-rig ARGUMENTS` in a ROS domain of its own and wait for it."""
 
-    def run(*arguments: object, timeout_s: float = 180.0) -> RigRun:
+    def run(*arguments: object, timeout_s: float = 500.0) -> RigRun:
         environment = private_environment(tmp_path_factory.mktemp('log'))
         done = subprocess.run(
             [*CLI, *(str(argument) for argument in arguments)],

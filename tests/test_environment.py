@@ -18,7 +18,7 @@ from rig_support import RigRun
 from rotor_common import machine_code
 from rotor_interfaces import access, dds
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 Command = Callable[..., RigRun]
 REPLAY = '$RIG replay recording.mcap --rate 20'

@@ -10,7 +10,7 @@ import yaml
 from rig_support import Rig
 from rotor_recording.reading import Recording
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

@@ -142,7 +142,7 @@ class Peer:
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
 
-    def spin_until(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> bool:
+    def spin_until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> bool:
         """Handle what comes until the condition holds; say whether it did in time."""
         deadline = time.monotonic() + timeout_s
         while not condition():
