@@ -323,7 +323,8 @@ import rclpy, time
 rclpy.init()
 node = rclpy.create_node('stranger')
 print('there', flush=True)
-time.sleep(60)
+while rclpy.ok():
+    time.sleep(0.1)
 """
 
 

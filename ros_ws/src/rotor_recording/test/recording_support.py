@@ -146,9 +146,10 @@ class Peer:
         """Handle what comes until the condition holds; say whether it did in time."""
         deadline = time.monotonic() + timeout_s
         while not condition():
-            if time.monotonic() > deadline:
+            left_s = deadline - time.monotonic()
+            if left_s < 0.0:
                 return False
-            self._executor.spin_once(0.02)
+            self._executor.spin_once(min(0.02, max(left_s, 1e-3)))  # of less, DDS makes no end
         return True
 
     def spin_for(self, seconds: float) -> None:
