@@ -120,7 +120,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(
     suite = yaml.safe_load(small_suite.read_text('utf-8'))
     suite['groups'][0] |= {'machines': 1, 'healthy': 4, 'cracked': 2, 'growing': 1}
     growing = tmp_path / 'growing.yaml'
-    growing.write_text(yaml.safe_dump({**suite, 'growth_s': 30.0}))
+    growing.write_text(yaml.safe_dump({**suite, 'growth_s': 15.0}))
     out, parts = tmp_path / 'out', tmp_path / 'out' / 'parts'
     arguments = ['evaluate', 'ratios', 'zones', '--suite', str(growing), '--out', str(out)]
     # main, its tracker of resources, the process that flies, the server that is still loading
