@@ -53,7 +53,7 @@ def test_a_signal_to_the_rig_ends_everything_cleanly(
     started: Start, number: signal.Signals, options: tuple[str, ...]
 ) -> None:
     rig = started(*options)
-    rig.wait_until_recording()
+    rig.wait_until_recording(1.0)
     pids = rig.nodes()
     rig.process.send_signal(number)
     code, said = rig.finish()
@@ -199,7 +199,7 @@ def test_a_dead_process_ends_the_run_with_its_name(
     started: Start, victim: str, number: signal.Signals, tmp_path: Path
 ) -> None:
     rig = started()
-    rig.wait_until_recording()
+    rig.wait_until_recording(1.0)
     pids = rig.nodes()
     assert set(pids) == set(NODES)
     os.kill(pids[victim], number)
@@ -220,7 +220,7 @@ def test_a_dead_process_ends_the_run_with_its_name(
 
 def test_a_killed_rig_leaves_no_process_behind(started: Start) -> None:
     rig = started()
-    rig.wait_until_recording()
+    rig.wait_until_recording(1.0)
     pids = rig.nodes()
     assert len(pids) == len(NODES)
     rig.process.kill()
