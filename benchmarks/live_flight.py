@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
@@ -25,20 +26,30 @@ NODES = {
     'recorder': 'rotor_recording.recorder_node',
 }
 _domains = itertools.count(os.getpid())
+_claims: deque[int] = deque()
 BYTES_A_SECOND = 700_000
 """Of a recording, at the least."""
 
 
 def private_domain() -> str:
-    """Return a ROS domain that nothing else uses, 60 to 99."""
+    """Return a ROS domain, 20 to 99, that is this process's alone for its next 16 domains.
+
+    Domains above 100 would use ports that Linux hands out to others.
+    """
     while True:
-        domain = 60 + next(_domains) % 40
+        domain = 20 + next(_domains) % 80
+        claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
+                claim.bind(f'\0rotor-rig-domain-{domain}')  # another process asks at this moment
                 # of the first participant, see 9.6.1 of the DDS Interoperability Wire Protocol
                 probe.bind(('127.0.0.1', 7410 + 250 * domain))
             except OSError:
+                claim.close()
                 continue
+        _claims.append(claim.detach())
+        if len(_claims) > 16:
+            os.close(_claims.popleft())
         return str(domain)
 
 

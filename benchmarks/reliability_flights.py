@@ -54,7 +54,7 @@ def hold(promise: object, otherwise: str) -> None:
 
 def hour(folder: Path, *, quick: bool) -> dict[str, Any]:
     """Fly an hour of wall time; watch memory, handles and threads, then use the recording."""
-    length_s = 30 if quick else 3600
+    length_s = 20 if quick else 3600
     flight = LiveFlight(folder, 'climb_dive', '--duration', str(length_s), '--json')
     samples: dict[str, list[tuple[float, int, int, int]]] = {}
     try:

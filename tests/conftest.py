@@ -2,20 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures of the system tests: commands in private ROS domains, and runs many tests read."""
 
+import hashlib
+import json
 import subprocess
 from pathlib import Path
 
 import pytest
 from live_flight import CLI, private_environment
 
-from rig_support import LiveRun, LiveRuns, Rig, RigRun
+from rig_support import LiveRun, LiveRuns, Rig, RigRun, shared_folder
 
 
 @pytest.fixture(scope='session')
 def rig(tmp_path_factory: pytest.TempPathFactory) -> Rig:
     """Run `rotor-rig ARGUMENTS` in a ROS domain of its own and wait for it."""
 
-    def run(*arguments: object, timeout_s: float = 180.0) -> RigRun:
+    def run(*arguments: object, timeout_s: float = 500.0) -> RigRun:
         environment = private_environment(tmp_path_factory.mktemp('log'))
         done = subprocess.run(
             [*CLI, *(str(argument) for argument in arguments)],
@@ -34,16 +36,17 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Rig:
 @pytest.fixture(scope='session')
 def live(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> LiveRuns:
     """Run a scenario live with given options, once a session for each combination."""
-    finished: dict[tuple[str, ...], LiveRun] = {}
 
     def run(*arguments: object) -> LiveRun:
-        key = tuple(str(argument) for argument in arguments)
-        if key not in finished:
-            folder = tmp_path_factory.mktemp('recordings')
-            done = rig('run', *key, '--record', folder, '--json')
-            assert done.code == 0, done.err
-            finished[key] = LiveRun(Path(done.json['recording']), done.json)
-        return finished[key]
+        key = [str(argument) for argument in arguments]
+        name = f'live-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}'
+        with shared_folder(tmp_path_factory, name) as (folder, is_new):
+            if is_new:
+                done = rig('run', *key, '--record', folder, '--json')
+                assert done.code == 0, done.err
+                (folder / 'summary.json').write_text(done.out)
+        summary = json.loads((folder / 'summary.json').read_text())
+        return LiveRun(Path(summary['recording']), summary)
 
     return run
 

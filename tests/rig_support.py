@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the system tests share: private ROS domains, finished commands, decoded recordings."""
 
+import fcntl
 import json
+import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from rotor_interfaces.messages import from_cdr
 from rotor_interfaces.topics import Topic
@@ -39,6 +44,21 @@ class LiveRun:
 
 
 LiveRuns = Callable[..., LiveRun]
+
+
+@contextmanager
+def shared_folder(factory: pytest.TempPathFactory, name: str) -> Iterator[tuple[Path, bool]]:
+    """Give a folder common to all workers of pytest, and whether it is still to be filled.
+
+    While one fills it, the others wait.
+    """
+    root = factory.getbasetemp()
+    folder = (root.parent if 'PYTEST_XDIST_WORKER' in os.environ else root) / name
+    filled = folder.with_name(f'{name}.filled')
+    with folder.with_name(f'{name}.lock').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield folder, not filled.exists()
+        filled.touch()
 
 
 def recorded(recording: Recording, topic: Topic) -> Iterator[tuple[int, Any]]:

@@ -94,7 +94,7 @@ class Workplace:
         self, *arguments: str, script: str = 'run', **changes: str
     ) -> subprocess.CompletedProcess[str]:
         process = self.start(*arguments, script=script, **changes)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=300)
         return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
     def done_so_far(self) -> list[str]:

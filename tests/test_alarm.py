@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The alarm means something: judged on the recorded files of live runs."""
+"""The alarm means something: judged on the recorded files of flights."""
 
 import re
 import sys
@@ -8,12 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from rig_support import LiveRuns, recorded
+from rig_support import LiveRuns, Rig, recorded
 from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
 from rotor_recording.reading import Recording
-
-pytestmark = pytest.mark.real_time
 
 ROOT = Path(__file__).parents[1]
 LEVELS = ['OK', 'WARN', 'ERROR', 'STALE']
@@ -33,6 +31,13 @@ def alarm_levels(folder: Path) -> list[tuple[float, str]]:
     ]
 
 
+def simulated(rig: Rig, folder: Path, *arguments: object) -> Path:
+    """Return the recording of a flight made offline: test_bit_identity.py says it is the same."""
+    done = rig('simulate', *arguments, '--out', folder / 'flight.mcap')
+    assert done.code == 0, done.err
+    return folder / 'flight.mcap'
+
+
 def worst(folder: Path) -> str:
     levels = [level for _, level in alarm_levels(folder) if level != 'STALE']
     assert levels, 'the monitor never came to a conclusion'
@@ -41,7 +46,7 @@ def worst(folder: Path) -> str:
 
 @pytest.mark.slow
 def test_the_default_flight_alarms_with_a_crack_and_only_then(live: LiveRuns) -> None:
-    cracked = live('climb_dive').folder
+    cracked = live('climb_dive', '--rate', 0).folder
     assert worst(cracked) in ('WARN', 'ERROR')
     found_s = next(time_s for time_s, level in alarm_levels(cracked) if level == 'ERROR')
     said = re.search(r'after (\d+) s the monitor', (ROOT / 'README.md').read_text())
@@ -55,7 +60,7 @@ def test_the_default_flight_alarms_with_a_crack_and_only_then(live: LiveRuns) ->
 
 @pytest.mark.slow
 def test_level_flight_has_no_test_signal_and_is_not_called_ok(live: LiveRuns) -> None:
-    run = live('level_healthy', '--rate', 0)
+    run = live('level_healthy', '--rate', 0, '--duration', 8)
     assert {level for _, level in alarm_levels(run.folder)} == {'STALE'}
     assert run.summary['worst_alarm'] == 'STALE'
     assert run.summary['judged_windows'] == 0
@@ -63,17 +68,19 @@ def test_level_flight_has_no_test_signal_and_is_not_called_ok(live: LiveRuns) ->
 
 
 @pytest.mark.slow
-def test_a_small_crack_is_found_among_misalignment_noise_and_turns(live: LiveRuns) -> None:
+def test_a_small_crack_is_found_among_misalignment_noise_and_turns(
+    rig: Rig, tmp_path: Path
+) -> None:
     # K = 0.03, the shaft angle from the key-phasor alone
-    levels = alarm_levels(live('hidden_crack', '--rate', 0, '--duration', 20).folder)
+    levels = alarm_levels(simulated(rig, tmp_path, 'hidden_crack', '--duration', 20))
     assert {level for _, level in levels} & {'WARN', 'ERROR'}
 
 
 @pytest.mark.slow
 def test_a_growing_crack_changes_the_level(
-    live: LiveRuns, capsys: pytest.CaptureFixture[str]
+    rig: Rig, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = live('growing_crack', '--rate', 0).folder
+    folder = simulated(rig, tmp_path, 'growing_crack')
     recording = Recording(folder)
     truth = [
         (

@@ -369,14 +369,14 @@ def test_ctrl_c_keeps_what_is_done_and_a_repeated_run_goes_on(rig: Rig, tmp_path
         text=True,
         stdin=subprocess.DEVNULL,
     )
-    deadline = time.monotonic() + 100.0
+    deadline = time.monotonic() + 300.0
     while not list(cache.glob('*.npz')):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline, 'no chunk was done'
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     interrupted = time.monotonic()
-    out, err = process.communicate(timeout=60.0)
+    out, err = process.communicate(timeout=300.0)
     assert process.returncode == 130, err
     assert time.monotonic() - interrupted < 10.0, 'Ctrl-C must not wait for the chunk'
     assert out == ''

@@ -5,10 +5,10 @@
 Every case goes through the command line's own entry point; a few also as a real process.
 """
 
+import importlib
 import os
-import subprocess
-import sys
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from rig_support import Rig
 from rotor_bringup.cli import app
+from rotor_interfaces import ros
 
 GOOD: dict[str, Any] = {
     'duration_s': 1.0,
@@ -325,21 +326,28 @@ PARAMETERS: dict[str, tuple[str, list[str], list[str]]] = {
 }
 
 
+@pytest.fixture
+def signals_as_before() -> Iterator[None]:
+    """What a node does with signals ends with the test."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    handlers = {number: signal.getsignal(number) for number in ros.SIGNALS}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+@pytest.mark.usefixtures('domain', 'signals_as_before')
 @pytest.mark.parametrize('case', PARAMETERS)
-def test_node_parameter(case: str, domain: dict[str, str], tmp_path: Path) -> None:
+def test_node_parameter(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """In this process; test_environment.py, test_cosimulation.py and others run real ones."""
     module, parameters, wanted = PARAMETERS[case]
+    monkeypatch.chdir(tmp_path)
     options = [option for parameter in parameters for option in ('-p', parameter)]
-    done = subprocess.run(
-        [sys.executable, '-m', module, '--ros-args', *options],
-        env=domain,
-        cwd=tmp_path,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert_one_sentence(done.returncode, done.stdout + done.stderr, wanted)
+    code = importlib.import_module(module).main(['--ros-args', *options])
+    assert_one_sentence(code, ''.join(capfd.readouterr()), wanted)
 
 
 @pytest.mark.parametrize('number', ['abc', '500', '-1'])

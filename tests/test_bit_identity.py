@@ -20,8 +20,6 @@ from rotor_rig.scenario import load_scenario
 from vibration_monitor.monitor import VibrationMonitor
 from vibration_monitor.monitor_config import MonitorConfig
 
-pytestmark = pytest.mark.real_time
-
 DURATION_S = '6'
 
 
@@ -115,6 +113,7 @@ def test_block_size_changes_neither_waveform_nor_indicators(noisy: Path) -> None
     assert all(result == results[0] for result in results[1:])
 
 
+@pytest.mark.slow
 def test_recorded_live_indicators_are_those_of_the_analysis(live: LiveRuns) -> None:
     """What the monitor node published is bit for bit what the recording gives offline."""
     run = live('climb_dive', '--duration', DURATION_S, '--rate', 0)

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from rig_support import shared_folder
+
 SOURCES = Path(__file__).resolve().parent.parent / 'ros_ws' / 'src'
 PACKAGES = tuple(tomllib.loads((SOURCES.parent / 'packages.toml').read_text())['packages'])
 EXECUTABLES = (
@@ -48,11 +50,12 @@ def in_shell(
 @pytest.fixture(scope='module')
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A built copy of ros_ws."""
-    folder = tmp_path_factory.mktemp('ros_ws')
     leftovers = shutil.ignore_patterns('__pycache__', '*.egg-info', 'build', 'install', 'log')
-    shutil.copytree(SOURCES, folder / 'src', ignore=leftovers)
-    built = in_shell('colcon build', folder)
-    assert built.returncode == 0, built.stdout + built.stderr
+    with shared_folder(tmp_path_factory, 'ros_ws') as (folder, is_new):
+        if is_new:
+            shutil.copytree(SOURCES, folder / 'src', ignore=leftovers)
+            built = in_shell('colcon build', folder)
+            assert built.returncode == 0, built.stdout + built.stderr
     return folder
 
 

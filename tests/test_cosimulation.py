@@ -15,7 +15,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS, stamp_ns
 from rotor_interfaces.waveform import decode
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 EPOCH_NS = 1_800_000_000_123_456_789
 STEP_NS = 10_000_000
 BLOCK_NS = 25_000_000
@@ -95,7 +95,7 @@ class Bench:
         while time.monotonic() < deadline:
             self._executor.spin_once(0.02)
 
-    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
+    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
         deadline = time.monotonic() + timeout_s
         while not condition():
             assert time.monotonic() < deadline, 'it never happened'
@@ -111,7 +111,7 @@ class Bench:
     def report(self, consumed_ns: int) -> None:
         self.progress.publish(messages.header(ROS, consumed_ns, 'slow'))
 
-    def end(self, timeout_s: float = 30.0) -> tuple[int, str]:
+    def end(self, timeout_s: float = 300.0) -> tuple[int, str]:
         deadline = time.monotonic() + timeout_s
         while self.process.poll() is None and time.monotonic() < deadline:
             self._executor.spin_once(0.05)
@@ -167,7 +167,7 @@ def test_an_ended_bench_is_heard_no_more(domain: dict[str, str]) -> None:
     rclpy.init(context=context, domain_id=int(domain['ROS_DOMAIN_ID']))
     node = Node('listener', context=context)
     first.close()
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + 300.0
     while node.count_publishers(topics.MANEUVER_LOAD.name):
         assert time.monotonic() < deadline, 'a closed bench still publishes'
         time.sleep(0.1)
@@ -397,7 +397,7 @@ class Credit:
             self._executor.spin_once(0.02)
 
     def wait_for(self, condition: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + 300.0
         while not condition():
             assert time.monotonic() < deadline, 'it never happened'
             self._executor.spin_once(0.02)

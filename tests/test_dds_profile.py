@@ -12,8 +12,6 @@ from live_flight import private_environment
 
 from rotor_interfaces import access
 
-pytestmark = pytest.mark.real_time
-
 PARTICIPANT = """
 import os
 
@@ -40,7 +38,7 @@ def participant(tmp_path: Path, **profile: str) -> tuple[Path, str]:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=60.0,
+        timeout=300.0,
         check=True,
     )
     said = ended.stdout.splitlines()

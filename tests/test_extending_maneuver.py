@@ -75,6 +75,7 @@ def test_the_python_example_prints_what_it_says(capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out.strip() == example.partition('  # ')[2].strip()
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_fly_it(folder: Path) -> None:
     check, simulate, _ = re.findall('^rotor-rig (.*)$', PAGE, re.MULTILINE)
     rig = sys.executable, '-P', '-m', 'rotor_bringup'  # -P: the command has no folder on its path
@@ -91,6 +92,7 @@ def test_the_commands_of_the_page_fly_it(folder: Path) -> None:
     assert load_scenario('flight.mcap').maneuver == parse_maneuver(PULL_UP)
 
 
+@pytest.mark.slow
 def test_installed_it_has_a_name(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     site = tmp_path_factory.mktemp('site')
     words = '--quiet', '--no-deps', '--no-build-isolation', '--target', str(site), str(folder)

@@ -29,8 +29,6 @@ from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from rotor_recording.reading import Recording
 from rotor_recording.recording import RecordingWriter
 
-pytestmark = pytest.mark.real_time
-
 EPOCH_NS = 1_800_000_000 * NANOSECONDS
 BLOCKS = 30
 

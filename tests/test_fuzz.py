@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'kind',
     [
@@ -28,6 +29,7 @@ def test_no_hostile_input_gets_through(kind: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_what_gets_through_is_found() -> None:
     """A consumer that lets everything through must not pass."""
     program = (

@@ -16,7 +16,7 @@ from rig_support import Rig, recorded
 from rotor_interfaces import topics
 from rotor_recording.reading import Recording, waveform_blocks
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 
 TAKEN = {'crack_stiffness_ratio': 0.2, 'displacement_noise_m': 2e-7, 'speed_target_rad_s': 360.0}
@@ -46,7 +46,7 @@ def set_parameters(values: list[tuple[str, float]]) -> list[Any]:
     client = AsyncParameterClient(node, 'rotor_sim')
     results = []
     try:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + 300.0
         while not client.services_are_ready():
             assert time.monotonic() < deadline, 'rotor_sim offers no parameter services'
             executor.spin_once(0.1)
@@ -82,7 +82,7 @@ def test_changes_take_effect_at_a_sample_and_can_be_repeated(
     )
     try:
         results = set_parameters([*TAKEN.items(), *((name, value) for name, value, _ in REFUSED)])
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=300)
     finally:
         if process.poll() is None:
             process.kill()

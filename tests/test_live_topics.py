@@ -49,7 +49,7 @@ def heard(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
         stdin=subprocess.DEVNULL,
         text=True,
     )
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 300
     while process.poll() is None and time.monotonic() < deadline:
         executor.spin_once(0.1)
     ros.spin_until_quiet(executor)

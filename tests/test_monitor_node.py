@@ -17,7 +17,7 @@ from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of, sample_stamp_ns
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 RATE_HZ = 10_240
 BLOCK = 256
 SPEED_RAD_S = 352.0
@@ -46,7 +46,7 @@ class Source:
         self._executor.add_node(self._node)
         self.wait_for(lambda: self._publisher.get_subscription_count() == 1, 90.0)
 
-    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
         deadline = time.monotonic() + timeout_s
         while not condition():
             assert time.monotonic() < deadline, 'it never happened'
@@ -95,7 +95,7 @@ def monitored(domain: dict[str, str]) -> Iterator[Source]:
         source.close()
     finally:
         process.terminate()
-        assert process.wait(20) == 0
+        assert process.wait(300) == 0
 
 
 @pytest.fixture

@@ -142,7 +142,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_run_goes_on(tmp_path: Path) -> N
         time.sleep(0.02)
     assert list(cache.glob('*.npz')), 'nothing was kept in time'
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60.0)
+    _, said = process.communicate(timeout=300.0)
     assert process.returncode == ExitCode.INTERRUPTED, said
     assert 'Traceback' not in said
     assert 'goes on from there' in said

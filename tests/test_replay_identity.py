@@ -15,7 +15,7 @@ from rig_support import LiveRuns, recorded
 from rotor_interfaces import topics
 from rotor_recording.reading import Recording
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 
 def test_a_monitor_on_a_replay_gives_the_live_indicators(
@@ -45,7 +45,7 @@ def test_a_monitor_on_a_replay_gives_the_live_indicators(
     )
     replay = None
     try:
-        deadline = time.monotonic() + 30.0
+        deadline = time.monotonic() + 300.0
         while not node.count_publishers('monitor/indicators'):
             assert time.monotonic() < deadline, 'the monitor did not start'
             executor.spin_once(0.1)
@@ -55,15 +55,15 @@ def test_a_monitor_on_a_replay_gives_the_live_indicators(
             stdin=subprocess.DEVNULL,
             cwd=tmp_path,
         )
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + 300.0
         while len(heard) < len(expected) and time.monotonic() < deadline:
             executor.spin_once(0.1)
-        assert replay.wait(30) == 0
+        assert replay.wait(300) == 0
     finally:
         for process in (replay, monitor):
             if process is not None and process.poll() is None:
                 process.terminate()
-                process.wait(10)
+                process.wait(300)
         executor.shutdown()
         node.destroy_node()
         rclpy.shutdown(context=context)

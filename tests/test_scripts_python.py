@@ -119,7 +119,6 @@ def other_python(minor: int) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.real_time
 @pytest.mark.parametrize('minor', [11, 13])
 def test_the_lock_installs_on_other_pythons(minor: int, tmp_path: Path) -> None:
     """The real thing, in a new environment: the rig starts, ROS 2 works, nothing is missing."""

@@ -118,7 +118,6 @@ COMMANDS = {
 
 
 @pytest.mark.slow
-@pytest.mark.real_time
 @pytest.mark.parametrize('name', COMMANDS)
 def test_every_command_of_dds_ends_in_one_sentence(tmp_path: Path, name: str) -> None:
     if name == 'replay':

@@ -24,7 +24,7 @@ from rotor_interfaces.topics import Topic
 from rotor_recording.reading import Recording, waveform_blocks
 from rotor_rig.scenario import load_scenario
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 REFUSAL = 'another source publishes rotor/waveform in this ROS domain'
 LENGTH_S = {'climb_dive': 6, 'level_healthy': 3}
@@ -220,7 +220,7 @@ def test_what_strangers_publish_changes_nothing(
     flight = start('climb_dive')
     began = time.monotonic()
     count = 0
-    while flight.process.poll() is None and time.monotonic() - began < 90.0:
+    while flight.process.poll() is None and time.monotonic() - began < 300.0:
         count += 1
         stamp_ns = STAMPS_S[count % len(STAMPS_S)] * 10**9
         word = WORDS[count % len(WORDS)]
@@ -257,7 +257,7 @@ def test_a_stranger_that_joins_a_flight_is_reported_and_not_heard(
 
     flight = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
-    assert heard.wait(60.0) == 0
+    assert heard.wait(300.0) == 0
     for number in range(60):
         rows = np.zeros(256, WAVEFORM_DTYPE)
         rows['sample'] = 256 * number + np.arange(256)
@@ -285,7 +285,7 @@ def test_forged_progress_neither_stops_nor_frees_a_fast_run(
     names = ('rotor_sim', 'recorder', 'vibration_monitor')
     began = time.monotonic()
     count = 0
-    while flight.process.poll() is None and time.monotonic() - began < 90.0:
+    while flight.process.poll() is None and time.monotonic() - began < 300.0:
         topic = stranger.hidden(topics.PROGRESS) if is_hidden else topics.PROGRESS
         for seconds in (-5, *STAMPS_S) if topic else ():
             for name in names:
@@ -309,7 +309,7 @@ def test_blocks_on_the_hidden_topic_are_not_of_the_flight(
 
     flight = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
-    assert heard.wait(60.0) == 0
+    assert heard.wait(300.0) == 0
     topic = stranger.hidden(topics.WAVEFORM)
     assert topic is not None
     count = 0
@@ -331,11 +331,11 @@ def test_loads_on_the_hidden_topic_end_the_flight_and_are_not_flown(
 ) -> None:
     flight = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
-    assert heard.wait(60.0) == 0
+    assert heard.wait(300.0) == 0
     topic = stranger.hidden(topics.MANEUVER_LOAD)
     assert topic is not None
     began = time.monotonic()
-    while flight.process.poll() is None and time.monotonic() - began < 90.0:
+    while flight.process.poll() is None and time.monotonic() - began < 300.0:
         for ahead in range(400):
             stamp_ns = time.time_ns() + ahead * 10**7
             stranger.say(topic, messages.load(ROS, stamp_ns, 12.0, 0.0))
@@ -352,7 +352,7 @@ def test_a_rig_that_was_killed_is_waited_for(
 ) -> None:
     first = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
-    assert heard.wait(60.0) == 0
+    assert heard.wait(300.0) == 0
     children = Path(f'/proc/{first.process.pid}/task/{first.process.pid}/children').read_text()
     for process_id in (*map(int, children.split()), first.process.pid):
         os.kill(process_id, signal.SIGKILL)

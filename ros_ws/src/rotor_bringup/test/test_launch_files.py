@@ -227,7 +227,7 @@ def test_the_folder_of_a_launch_goes_with_it_or_at_the_next_start(
         if is_killed:
             launched.kill()
         launched.stdin.close()
-        launched.wait(20)
+        launched.wait(300)
     assert folder.exists() == is_killed
     remove_leftovers()
     assert not folder.exists()

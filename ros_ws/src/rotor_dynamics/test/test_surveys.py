@@ -162,6 +162,7 @@ def test_executors_and_orders_give_the_same_bits() -> None:
     assert_same(survey([points[i] for i in order], SHORT), expected[order])
 
 
+@pytest.mark.slow
 def test_kinds_and_steps_are_sorted_out_and_back() -> None:
     """Two numbers of balls, another crack angle and two step sizes, mixed, in one survey."""
     kinds: list[dict[str, Any]] = [{}, {'ball_count': 7}, {'crack_half_angle_rad': 0.9}]

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A small made-up run as wire bytes, and processes and peers to record and replay it."""
 
-import itertools
 import os
 import signal
 import subprocess
@@ -15,6 +14,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+from live_flight import private_domain
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
@@ -98,16 +98,10 @@ def single(path: Path, blocks: int = 40) -> Path:
     return path
 
 
-_domains = itertools.count(os.getpid())
-
-
 def private_ros(log_folder: Path) -> dict[str, str]:
-    """Return the environment of a ROS domain of its own for each test.
-
-    Domains above 100 would use ports that Linux hands out to others.
-    """
+    """Return the environment of a ROS domain of its own for each test."""
     return {
-        'ROS_DOMAIN_ID': str(20 + next(_domains) % 40),
+        'ROS_DOMAIN_ID': private_domain(),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
     }
@@ -148,13 +142,14 @@ class Peer:
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
 
-    def spin_until(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> bool:
+    def spin_until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> bool:
         """Handle what comes until the condition holds; say whether it did in time."""
         deadline = time.monotonic() + timeout_s
         while not condition():
-            if time.monotonic() > deadline:
+            left_s = deadline - time.monotonic()
+            if left_s < 0.0:
                 return False
-            self._executor.spin_once(0.02)
+            self._executor.spin_once(min(0.02, max(left_s, 1e-3)))  # of less, DDS makes no end
         return True
 
     def spin_for(self, seconds: float) -> None:

@@ -290,7 +290,7 @@ def test_a_small_chunk_that_unpacks_to_much_is_left_out(
     )
     done = subprocess.run(
         [sys.executable, '-c', reader, str(path)],
-        capture_output=True, text=True, timeout=60, check=True,
+        capture_output=True, text=True, timeout=300, check=True,
     )  # fmt: skip
     messages, sentences, grown_kib = map(int, done.stdout.split())
     assert (messages, sentences) == (1, 1)

@@ -32,7 +32,7 @@ from rotor_interfaces.messages import ros_class, typestore
 from rotor_interfaces.topics import Topic
 from rotor_recording.reading import Recording, waveform_blocks
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 SENT_TOPICS = tuple(dict.fromkeys(wire.topic for wire in made_up_run(1)))
 BLOCK_S = 0.025
@@ -125,7 +125,7 @@ def test_everything_is_recorded_and_a_signal_finalises(
         assert source.peer.spin_until(lambda: source.credits[-1] == stamp_of(59))
         assert source.peer.spin_until(lambda: source.blocks_reported() == 59)
         child.send_signal(number)
-        assert child.wait(20.0) == 0
+        assert child.wait(300.0) == 0
         assert child.communicate()[1] == ''
     assert source.credits[0] == 0
     assert source.credits[1:] == [w.stamp_ns for w in sent if w.topic is topics.WAVEFORM]
@@ -150,6 +150,7 @@ def test_everything_is_recorded_and_a_signal_finalises(
         assert len(list(bag.messages())) == bag.message_count
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize('alive_s', [1.07, 1.61, 2.23])
 def test_a_killed_recorder_loses_at_most_a_quarter_of_a_second_and_a_block(
     tmp_path: Path, ros_environment: dict[str, str], source: Source, alive_s: float
@@ -170,7 +171,7 @@ def test_a_killed_recorder_loses_at_most_a_quarter_of_a_second_and_a_block(
             source.outputs[topics.WAVEFORM].publish(data)
         killed = time.monotonic()
         child.kill()
-        assert child.wait(20.0) == -signal.SIGKILL
+        assert child.wait(300.0) == -signal.SIGKILL
     recording = Recording(folder)
     blocks = [block.first_sample // 256 for block in waveform_blocks(recording)]
     assert blocks == list(range(len(blocks)))
@@ -198,7 +199,7 @@ def test_a_full_disk_ends_the_recorder_with_one_sentence(
             source.peer.spin_for(0.01)
             if child.poll() is not None:
                 break
-        assert child.wait(20.0) == ExitCode.PROCESS_FAILED
+        assert child.wait(300.0) == ExitCode.PROCESS_FAILED
         said = child.communicate()[1].strip()
     assert said.startswith('error: ')
     assert 'cannot be written (File too large); the recording ends here' in said
@@ -225,7 +226,7 @@ def test_a_place_that_cannot_be_used_ends_in_one_sentence(
 ) -> None:
     command = ['-m', 'rotor_recording.recorder_node', '--ros-args', *arguments]
     with process(command, ros_environment) as child:
-        assert child.wait(20.0) == code
+        assert child.wait(300.0) == code
         said = child.communicate()[1].strip()
     assert words in said
     assert len(said.splitlines()) == 1
@@ -234,7 +235,7 @@ def test_a_place_that_cannot_be_used_ends_in_one_sentence(
 def test_a_folder_in_use_is_not_touched(tmp_path: Path, ros_environment: dict[str, str]) -> None:
     (tmp_path / 'mine.txt').write_text('mine')
     with recorder(tmp_path, ros_environment) as child:
-        assert child.wait(20.0) == ExitCode.PROCESS_FAILED
+        assert child.wait(300.0) == ExitCode.PROCESS_FAILED
         said = child.communicate()[1].strip()
     assert said.startswith('error: the folder')
     assert 'is not empty' in said
@@ -255,7 +256,7 @@ def test_a_rig_in_a_namespace_is_recorded_there(
             output.publish(block_bytes(number))
         source.peer.spin_for(0.5)
         child.send_signal(signal.SIGTERM)
-        assert child.wait(20.0) == 0
+        assert child.wait(300.0) == 0
     assert [b.first_sample for b in waveform_blocks(Recording(folder))] == [0, 256, 512, 768, 1024]
 
 

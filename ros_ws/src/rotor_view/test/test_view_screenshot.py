@@ -24,7 +24,7 @@ from rotor_view.offline import convert
 from rotor_view.screenshot import SIZE, VIEWERS, single_views
 from view_pictures import EXPECTED, RATIO_VIEW, RULE_VIEW, empty_views
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 
 def record(folder: Path, without: tuple[Topic, ...] = ()) -> Path:

@@ -21,7 +21,6 @@ from view_pictures import EXPECTED
 
 XVFB = shutil.which('Xvfb')
 pytestmark = [
-    pytest.mark.real_time,
     pytest.mark.slow,
     pytest.mark.skipif(
         XVFB is None, reason='no Xvfb here; scripts/install_viewer_packages installs it'
@@ -43,7 +42,7 @@ def environment(tmp_path: Path) -> Iterator[dict[str, str]]:
         screen.terminate()
 
 
-def until(condition: Callable[[], bool], timeout_s: float = 90.0) -> bool:
+def until(condition: Callable[[], bool], timeout_s: float = 300.0) -> bool:
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
         if condition():
@@ -92,7 +91,7 @@ def test_a_recording_opens_on_the_views_and_a_signal_closes_it(
 
         assert until(lambda: views_at_the_end() == set(EXPECTED))
         child.send_signal(number)
-        assert child.wait(30.0) != 0
+        assert child.wait(300.0) != 0
         assert not psutil.pid_exists(viewer.pid)
     assert list((tmp_path / 'temp').iterdir()) == []
 
@@ -102,7 +101,7 @@ def test_the_node_ends_when_the_user_closes_the_window(environment: dict[str, st
         viewer = viewer_of(child)
         time.sleep(2.0)
         viewer.terminate()
-        assert child.wait(30.0) == 0
+        assert child.wait(300.0) == 0
 
 
 def test_the_window_outlives_the_run(environment: dict[str, str]) -> None:
@@ -110,7 +109,7 @@ def test_the_window_outlives_the_run(environment: dict[str, str]) -> None:
         viewer = viewer_of(child)
         time.sleep(3.0)
         child.send_signal(signal.SIGTERM)
-        assert child.wait(60.0) == 0
+        assert child.wait(300.0) == 0
         assert viewer.is_running()
         assert viewer.status() != psutil.STATUS_ZOMBIE
         viewer.terminate()

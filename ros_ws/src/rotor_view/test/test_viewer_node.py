@@ -17,7 +17,7 @@ from rotor_view import style
 from rotor_view.rig_view import SHOWN_TOPICS
 from view_rows import curve, lines, logged
 
-pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
@@ -51,6 +51,7 @@ def publish(peer: Peer, run: list[view_flight.Outgoing], rate: float) -> None:
     peer.spin_for(1.0)
 
 
+@pytest.mark.real_time
 def test_a_live_run_is_shown_whole(tmp_path: Path, environment: dict[str, str]) -> None:
     file = tmp_path / 'live.rrd'
     with (
@@ -59,7 +60,7 @@ def test_a_live_run_is_shown_whole(tmp_path: Path, environment: dict[str, str]) 
     ):
         publish(peer, list(view_flight.flight(3.0)), rate=1.0)
         child.send_signal(signal.SIGINT)
-        assert child.wait(30.0) == 0
+        assert child.wait(300.0) == 0
     found = logged(file)
     times, values = curve(found, style.DISPLACEMENT)
     assert lines(found) == [
@@ -75,6 +76,7 @@ def test_a_live_run_is_shown_whole(tmp_path: Path, environment: dict[str, str]) 
     assert np.asarray(found['/rig/disk/crack Mesh3D:vertex_positions'][0]).size == 1
 
 
+@pytest.mark.real_time
 def test_beyond_its_budget_the_view_has_gaps_and_says_so(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
@@ -86,7 +88,7 @@ def test_beyond_its_budget_the_view_has_gaps_and_says_so(
     ):
         publish(peer, run, rate=1.0)
         child.send_signal(signal.SIGTERM)
-        assert child.wait(30.0) == 0
+        assert child.wait(300.0) == 0
     found = logged(file)
     _, values = curve(found, style.DISPLACEMENT)
     whole = ~np.isnan(values).any(axis=1)
@@ -107,7 +109,7 @@ def test_what_cannot_start_is_one_sentence(
     existing.touch()
     given = [parameter.format(existing=existing) for parameter in parameters]
     with process(arguments(*given), environment) as child:
-        assert child.wait(60.0) == 3
+        assert child.wait(300.0) == 3
         errors = child.communicate()[1]
     assert errors.startswith('error: ')
     assert reason in errors

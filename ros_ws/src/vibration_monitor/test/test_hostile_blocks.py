@@ -283,6 +283,7 @@ def hostile_blocks(draw: st.DrawFn) -> WaveformBlock:
     return WaveformBlock(draw(st.sampled_from([0, STREAM[2].stamp_ns, 2**31 * 10**9 - 1])), rows)
 
 
+@pytest.mark.slow
 @settings(
     max_examples=150,
     deadline=2000,

@@ -159,6 +159,7 @@ def test_changing_speed_is_told_from_changing_load() -> None:
     assert final(estimator(CONFIG), sound).lowest < 1e-4
 
 
+@pytest.mark.slow
 def test_the_lower_bound_holds_for_sound_rotors_and_lies_below_the_truth() -> None:
     # 4 standard errors: of 24 flights of 60 windows none may be above by chance (p < 1e-4 each)
     for seed in range(12):
