@@ -21,7 +21,7 @@ DOCS = Path(__file__).parents[4] / 'docs'
 
 @pytest.mark.slow
 def test_the_tutorial_runs(tmp_path: Path) -> None:
-    text = (DOCS / 'tutorial_detector.md').read_text('utf-8')
+    text = (DOCS / 'extending' / 'detector.md').read_text('utf-8')
     (code,) = re.findall(r'```python\n(.*?)```', text, re.DOTALL)
     lines = [line for line in code.splitlines() if line.strip()]
     assert len(lines) <= 32, 'the title says 30 lines; two are docstrings'
