@@ -54,35 +54,35 @@ FUZZED = {
 PARTS = {
     'kills': Part(
         'Kill -9 of the recorder',
-        'A recording survives the death of its recorder: it loses at most the last quarter second '
-        'and one block, has no hole, is read as it is, and `rotor-rig recover` makes a whole file '
-        'of it.',
+        'A recording survives a killed recorder: it loses at most the last quarter second and one '
+        'block, has no gap and can be read directly; `rotor-rig recover` turns it into a complete '
+        'file.',
         flights.kills,
     ),
     'signals': Part(
         'Every process, every signal',
-        'Whatever ends one process ends the rig in order: no process stays behind, no traceback '
-        'is shown, and what was recorded is readable. A process that is stopped and continued '
-        'ends nothing.',
+        'Whatever ends one process, the rig shuts down cleanly: no process is left behind, no '
+        'traceback is shown, and the recording is readable. A process that is stopped and '
+        'continued ends nothing.',
         flights.signals,
     ),
     'rogue_blocks': Part(
-        'Rogue blocks',
-        'No block ends the monitor or the recorder; it is refused, counted, and the next sane '
-        'block is taken.',
+        'Malformed blocks',
+        'No malformed block ends the monitor or the recorder: it is refused and counted, and the '
+        'next valid block is accepted.',
         talk.rogue_blocks,
     ),
     'rogue_stranger': Part(
-        'A stranger on every topic',
-        'What a stranger publishes on the topics of a rig in flight, those of the run itself '
-        'among them, ends nothing and changes no block of the flight in its recording; what '
-        'cannot be of the run is refused and counted.',
+        'Foreign messages on every topic',
+        'Nothing that another node publishes on the topics of a running rig, including the hidden '
+        'topics of the run, ends the run or changes a block of its recording; messages that '
+        'cannot belong to the run are refused and counted.',
         talk.rogue_stranger,
     ),
     **{
         f'fuzz_{kind}': Part(
             f'Fuzz: {kind}',
-            f'No hostile input ({what}) raises a foreign exception, takes more than 2 s of CPU '
+            f'No hostile input ({what}) raises an unexpected exception, takes more than 2 s of CPU '
             'time, or takes memory without bound.',
             functools.partial(talk.fuzz, kind),
         )
@@ -90,26 +90,26 @@ PARTS = {
     },
     'two_rigs': Part(
         'Two rigs in one domain',
-        'Of two rigs in one ROS domain, one flies and the other is refused in one sentence, or '
-        'they fly one after the other; neither enters the flight of the other.',
+        'Of two rigs in one ROS domain, one runs and the other is refused with an error message, '
+        'or they run one after the other; neither affects the run of the other.',
         flights.two_rigs,
     ),
     'sockets': Part(
         'Sockets',
-        'Every UDP socket and every listening socket of a rig is of the loopback interface.',
+        'Every UDP socket and every listening socket of a rig is bound to the loopback interface.',
         flights.sockets,
     ),
     'cheats': Part(
         'Detectors that cheat',
-        'A detector under test sees blocks and nothing else; each way to cheat that the test '
-        'detector knows fails.',
+        'A detector under test only ever receives anonymised blocks; every way of cheating that '
+        'the test detector tries fails.',
         talk.cheats,
     ),
     'hour': Part(
         'An hour at rate 1',
-        'In an hour of wall time nothing is lost, no process takes more files or threads, and '
-        'none more than 24 MiB of further memory; the commands that read the recording take at '
-        'most 300 MiB.',
+        'In an hour of wall time nothing is lost, no process opens more files or threads, and '
+        'none grows by more than 24 MiB; the commands that read the recording take at most '
+        '300 MiB.',
         flights.hour,
     ),
 }

@@ -6,30 +6,32 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-HEAD = """# What the rig promises, and what was measured
+HEAD = """# Reliability
 
-`python benchmarks/reliability.py --page` writes this page from
-[reliability.json](reliability.json), which holds full runs of `python benchmarks/reliability.py`.
-Its quick half, `--quick`, is part of CI. On your machine,
-`python benchmarks/reliability.py kills signals --out mine.json` gives the figures of these two.
+This page lists what the rig guarantees and how each guarantee was tested.
+
+`python benchmarks/reliability.py --page` generates it from [reliability.json](reliability.json),
+the results of full runs of `python benchmarks/reliability.py`. A quick version, `--quick`, runs in
+CI. To repeat two of the tests on your machine:
+`python benchmarks/reliability.py kills signals --out mine.json`.
 
 Measured on {machines}.
-Each part says how long it took, and its load: how many processes wanted one of the two cores in its
-last 15 minutes. Times are those of a busy machine. "File closed" is a recording with its index and
-metadata, "file readable" one that its recorder could not finish.
+Each section states how long its test took and the load average over its last 15 minutes. Times
+were measured on a busy machine. "File closed" means a recording with its index and metadata,
+"file readable" one that its recorder could not finish.
 """
 
 TAIL = """
-## What is not promised
+## Known limits
 
-- A program that runs as the same user can end any process, fill the disk, and find the topics of a
-  run; [security.md](security.md) says what SROS 2 adds.
-- The recorder keeps an index of the chunks that it has written in memory until it closes the file:
-  this is its growth in the table of the hour.
-- A view of a recording whose indicators must be computed, as of an imported one, took 324 MiB for
+- A program that runs as the same user can kill any process, fill the disk, and find the topics of a
+  run; [security.md](security.md) describes what SROS 2 adds.
+- The recorder keeps the index of the chunks that it has written in memory until it closes the file.
+  This is why its memory grows in the table of the hour.
+- Viewing a recording whose indicators must be computed, such as an imported one, took 324 MiB for
   20 minutes, and 9 kB more for each further second.
-- The rerun viewer holds what it shows. A picture of a long flight is therefore drawn from a part of
-  the data ([view.md](view.md)).
+- The rerun viewer keeps what it shows in memory. A screenshot of a long flight is therefore drawn
+  from part of the data ([view.md](view.md)).
 """
 
 

@@ -2,47 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """docs/extending/maneuver.md as a reader follows it: the file, the flight, the name."""
 
-import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from extending_support import RIG, blocks, install, page, run
 from maneuver_gen import ManeuverError, load_grid, parse_maneuver
 from maneuver_gen.registry import maneuver_names
 from rotor_common.errors import ConfigError
 from rotor_recording.reading import Recording, waveform_blocks
 from rotor_rig.scenario import load_scenario
 
-PAGE = (Path(__file__).parents[1] / 'docs/extending/maneuver.md').read_text('utf-8')
+PAGE = page('maneuver')
 PULL_UP = {'profile': 'pull_up:PullUp', 'peak': 4.0, 'duration_s': 0.6}
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf'```{language}\n(.*?)```', PAGE, re.DOTALL)
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of the page's reader, who stands in it."""
-    (tmp_path / 'pull_up.py').write_text(blocks('python')[0], 'utf-8')
-    (tmp_path / 'flight.yaml').write_text(blocks('yaml')[0], 'utf-8')
-    (tmp_path / 'pyproject.toml').write_text(blocks('toml')[0], 'utf-8')
+    (tmp_path / 'pull_up.py').write_text(blocks('maneuver', 'python')[0], 'utf-8')
+    (tmp_path / 'flight.yaml').write_text(blocks('maneuver', 'yaml')[0], 'utf-8')
+    (tmp_path / 'pyproject.toml').write_text(blocks('maneuver', 'toml')[0], 'utf-8')
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(sys.modules, 'pull_up', raising=False)
     return tmp_path
-
-
-def run(*words: str, path: Path | None = None) -> str:
-    environment = os.environ | ({} if path is None else {'PYTHONPATH': str(path)})
-    done = subprocess.run(
-        words, env=environment, capture_output=True, text=True, timeout=500, check=False
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return done.stdout
 
 
 def closed_form(times_s: np.ndarray) -> np.ndarray:
@@ -70,7 +56,7 @@ def test_a_sequence_has_it_as_a_segment() -> None:
 
 @pytest.mark.usefixtures('folder')
 def test_the_python_example_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
-    example = blocks('python')[1]
+    example = blocks('maneuver', 'python')[1]
     exec(compile(example, 'maneuver.md', 'exec'), {})  # noqa: S102 - our own documentation
     assert capsys.readouterr().out.strip() == example.partition('  # ')[2].strip()
 
@@ -78,12 +64,11 @@ def test_the_python_example_prints_what_it_says(capsys: pytest.CaptureFixture[st
 @pytest.mark.slow
 def test_the_commands_of_the_page_fly_it(folder: Path) -> None:
     check, simulate, _ = re.findall('^rotor-rig (.*)$', PAGE, re.MULTILINE)
-    rig = sys.executable, '-P', '-m', 'rotor_bringup'  # -P: the command has no folder on its path
-    run(*rig, *check.split())
-    shown = run(*rig, 'scenario', 'show', 'flight.yaml')
+    run(*RIG, *check.split())
+    shown = run(*RIG, 'scenario', 'show', 'flight.yaml')
     assert 'profile: pull_up:PullUp' in shown
     assert 'start_s: 0.2' in shown
-    run(*rig, *simulate.split())
+    run(*RIG, *simulate.split())
     rows = np.concatenate([b.rows for b in waveform_blocks(Recording(folder / 'flight.mcap'))])
     assert len(rows) >= 10_240  # one second
     grid = 9.81 * closed_form(np.arange(102) / 100.0)
@@ -94,15 +79,12 @@ def test_the_commands_of_the_page_fly_it(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_installed_it_has_a_name(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    site = tmp_path_factory.mktemp('site')
-    words = '--quiet', '--no-deps', '--no-build-isolation', '--target', str(site), str(folder)
-    run(sys.executable, '-m', 'pip', 'install', *words)
+    site = install(folder, tmp_path_factory.mktemp('site'))
     elsewhere = tmp_path_factory.mktemp('elsewhere') / 'flight.yaml'
     elsewhere.write_text('maneuver: {profile: pull_up, peak: 4.0}')
     (folder / 'pull_up.py').unlink()
-    rig = sys.executable, '-P', '-m', 'rotor_bringup', 'scenario'
-    run(*rig, 'check', str(elsewhere), path=site)
-    assert 'profile: pull_up\n' in run(*rig, 'show', str(elsewhere), path=site)
+    run(*RIG, 'scenario', 'check', str(elsewhere), path=site)
+    assert 'profile: pull_up\n' in run(*RIG, 'scenario', 'show', str(elsewhere), path=site)
     names = 'from maneuver_gen.registry import maneuver_names; print(maneuver_names())'
     assert "'pull_up', 'ramp'" in run(sys.executable, '-c', names, path=site)
     assert 'pull_up' not in maneuver_names()
@@ -148,7 +130,7 @@ def test_a_class_that_cannot_be_flown_is_told(case: str, folder: Path) -> None:
     ],
 )
 def test_a_load_that_cannot_be_is_told(returned: str, sentence: str, folder: Path) -> None:
-    code = blocks('python')[0]
+    code = blocks('maneuver', 'python')[0]
     broken = re.sub(r'        return .*', f'        return {returned}', code)
     (folder / 'pull_up.py').write_text(broken, 'utf-8')
     with pytest.raises(ManeuverError, match=sentence):

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flights to the load on the rotor: the pure part needs no ROS."""
+"""Flight maneuvers and the load that they put on the rotor; needs no ROS except for the node."""
 
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.load_grid import check_duration, flight_path_angle, load_grid

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves that maneuvers are made of: float64 arrays in and out.
+"""Curves from which maneuvers are composed: float64 arrays in and out.
 
 Each value depends on its own argument only, bit for bit, wherever it stands in the array.
 """

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one mapping between frame `rotor` and the airframe's body frame.
+"""The mapping between frame `rotor` and the body frame of the airframe.
 
 Frame `rotor`: x along the shaft, forward; y down in the airframe; z to the left wing.
 Body frame: REP-103, x forward, y left, z up. Both are right-handed.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The load grid: a maneuver sampled at 100 Hz, the same bits live and offline."""
+"""The load grid: a maneuver sampled at 100 Hz, with the same bits live and offline."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a maneuver is: parameters with units and ranges, and the load factors that they give.
+"""The base class of maneuvers: parameters with units and ranges, and load factors.
 
 A load factor is apparent gravity (g - a) in units of 9.81 m/s^2: the normal one pushes the rotor
 to +y (down in the airframe; level flight is 1), the lateral one to +z (to the left wing).

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which maneuvers there are, and a maneuver read from plain data by its key `profile`.
+"""The registry of maneuvers, and parsing of one from plain data by its key `profile`.
 
 Shipped is every file of `maneuver_gen.maneuvers`. More are found through the entry points of the
 group `rotor_rig.maneuvers`, or by `module:Class`.

@@ -19,7 +19,9 @@ import numpy as np
 from rotor_bringup.display import RunState
 from rotor_bringup.sample_statistics import SampleStatistics, sample_statistics
 from rotor_common.constants import NANOSECONDS
+from rotor_common.errors import ConfigError
 from rotor_common.out_path import check_file
+from rotor_common.plugins import load, names_of, target_of
 from rotor_interfaces.channels import shown_channel
 from rotor_interfaces.waveform import WaveformBlock
 from rotor_recording.reading import Recording, waveform_name
@@ -28,6 +30,8 @@ from rotor_rig.pipeline import analyze_blocks
 from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.monitor_config import MonitorConfig
 
+FORMATS = 'rotor_rig.window_files'
+"""The group of entry points of formats that users add: the name is the ending without its dot."""
 HIGHLIGHTS = (
     *(f'amplitude_order_{order}' for order in ('1', '2', '3')),
     *(f'ratio_{order}_1' for order in ('2', '2.5', '3', '4')),
@@ -165,33 +169,40 @@ def _span_ns(block: WaveformBlock) -> tuple[int, int]:
 
 
 def check_windows_path(path: Path) -> None:
-    """Raise ConfigError unless `path` ends in .json or .csv and can be written."""
-    check_file(path, _WRITERS)
+    """Raise ConfigError unless `path` has the ending of a format and can be written."""
+    check_file(path, (*_WRITERS, *(f'.{name}' for name in names_of(FORMATS))))
+
+
+def _writer_class(ending: str) -> Any:
+    """Return the class that writes such files: ours, or one that a user's package brings."""
+    target = target_of(ending[1:], FORMATS) or ''
+    return _WRITERS.get(ending) or load(target, 'output format', ConfigError)
 
 
 @contextmanager
 def windows_file(path: Path) -> Iterator[Callable[[IndicatorRecord], None]]:
-    """Write every window that the given function takes: .json, or .csv with one row a window.
+    """Write every window that the given function takes, in the format of the ending.
 
     NaN is null or empty. The file gets its name when all is written; before and after an error
     there is none, or the old one.
 
     Raises:
-        ConfigError: another ending, or a folder that is not there.
+        ConfigError: an unknown ending, or a folder that is not there.
         ScenarioError: a path that cannot be written.
 
     """
     check_windows_path(path)
+    writer_class = _writer_class(path.suffix)
     unfinished = path.with_name(f'{path.name}.{os.getpid()}.tmp')
     try:
         with _refused(path):
             file = unfinished.open('w', newline='', encoding='utf-8')
         with file:
-            writer = _WRITERS[path.suffix](file)
+            writer = writer_class(file)
 
             def take(record: IndicatorRecord) -> None:
                 with _refused(path):
-                    writer.take(record)
+                    writer.take(_row(record))
 
             yield take
             with _refused(path):
@@ -234,9 +245,9 @@ class _JsonWriter:
         self._file = file
         self._between = '['
 
-    def take(self, record: IndicatorRecord) -> None:
+    def take(self, row: dict[str, Any]) -> None:
         """Write the next window."""
-        text = textwrap.indent(json.dumps(_row(record), indent=1), ' ')
+        text = textwrap.indent(json.dumps(row, indent=1), ' ')
         self._file.write(f'{self._between}\n{text}')
         self._between = ','
 
@@ -252,9 +263,8 @@ class _CsvWriter:
         self._file = file
         self._writer: csv.DictWriter[str] | None = None
 
-    def take(self, record: IndicatorRecord) -> None:
+    def take(self, row: dict[str, Any]) -> None:
         """Write the next window."""
-        row = _row(record)
         if self._writer is None:
             self._begin(list(row))
         assert self._writer is not None  # noqa: S101 - for mypy: just begun
@@ -262,7 +272,7 @@ class _CsvWriter:
             self._writer.writerow(row)
         except ValueError:
             raise ScenarioError(
-                f'--out: window {record.window} has other indicators than the first, which one '
+                f'--out: window {row["window"]} has other indicators than the first, which one '
                 'table cannot hold; write .json instead'
             ) from None
 

@@ -16,7 +16,8 @@ from rotor_common.options import JsonOption, RecordingArgument, WaveformOption
 def analyze(
     file: RecordingArgument,
     out: Annotated[
-        Path | None, typer.Option(help='Write every window: .json or .csv by the ending.')
+        Path | None,
+        typer.Option(help='Write every window: .json or .csv by the ending, or an added format.'),
     ] = None,
     waveform_topic: WaveformOption = None,
     as_json: JsonOption = False,

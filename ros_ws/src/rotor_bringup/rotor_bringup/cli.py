@@ -81,7 +81,7 @@ def _help(point: EntryPoint) -> str:
     """Return the docstring of a verb without importing it; that of the module for a Typer app."""
     top, _, inner = point.module.partition('.')
     spec = importlib.util.find_spec(top)
-    places = [] if spec is None else spec.submodule_search_locations or []
+    places = [] if spec is None else spec.submodule_search_locations or [spec.origin or '']
     for place in places:
         file = Path(place, *inner.split('.')).with_suffix('.py')
         if file.is_file():

@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What every package of the rig shares: constants, configuration, errors, exit codes, files."""
+"""Shared base of all packages: constants, configuration, errors, exit codes, file access."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Configuration models: frozen, strict, SI, each value with unit, range and one sentence."""
+"""Configuration models: frozen and strict, with unit, range and description of each value."""
 
 import difflib
 import json

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What `rotor-rig` writes on: standard streams that may be closed or full, tables of any width."""
+"""Output of `rotor-rig`: tables of any width, on streams that may be closed or full."""
 
 import contextlib
 import errno

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that hold for the whole rig, each once."""
+"""Constants of the whole rig."""
 
 GRAVITY_M_S2 = 9.81
 """As the paper rounds it (Hou et al. 2016): a load factor of 1 is 9.81 m/s^2 along +y."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors that the rig raises on purpose: one clear sentence each, shown without a traceback."""
+"""Errors that the rig raises on purpose: one clear sentence, shown without a traceback."""
 
 
 class RigError(Exception):

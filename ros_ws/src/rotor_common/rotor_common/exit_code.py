@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Exit codes of the nodes and of `rotor-rig`; needed before any slow import."""
+"""Exit codes of the nodes and of `rotor-rig`; imported before anything slow."""
 
 import enum
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Signals as exceptions that reach whoever waits for them, also out of compilers."""
+"""Signals raised as exceptions, also while numba compiles."""
 
 import signal
 import sys

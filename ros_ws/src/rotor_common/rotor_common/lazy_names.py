@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of a package that are imported from its modules when they are first used (PEP 562)."""
+"""Lazy imports of a package's public names (PEP 562)."""
 
 import importlib
 from collections.abc import Callable, Mapping

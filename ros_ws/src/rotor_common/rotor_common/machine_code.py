@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where numba keeps the machine code that it has compiled."""
+"""The directory in which numba caches compiled code."""
 
 import contextlib
 import os

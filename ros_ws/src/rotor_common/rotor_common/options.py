@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments and options that several commands share."""
+"""Command-line arguments and options that several commands share."""
 
 from pathlib import Path
 from typing import Annotated

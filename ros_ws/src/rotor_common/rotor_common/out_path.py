@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of what a command writes: checked before anything is computed."""
+"""Check output paths before anything is computed."""
 
 import os
 from collections.abc import Collection

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parts that users add: found by entry point or as `module:attribute`, loaded when named."""
+"""Load user-defined parts, by entry point or as `module:attribute`."""
 
 import importlib
 from importlib.metadata import entry_points

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A progress bar over points, and Ctrl-C that ends in a sentence."""
+"""A progress bar, and a clear message on Ctrl-C."""
 
 import signal
 from collections.abc import Callable, Iterator

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A text file that a user named, read within bounds."""
+"""Read text files that a user names, with a size limit."""
 
 import os
 import stat

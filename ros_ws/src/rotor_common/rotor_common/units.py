@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers and units as people read them on screens and in tables."""
+"""Format numbers with the units that people use."""
 
 import math
 

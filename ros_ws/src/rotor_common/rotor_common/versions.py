@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The versions of what a run was made with, as a recording and a data set keep them."""
+"""Versions of the software that made a run, as stored in recordings and data sets."""
 
 from importlib.metadata import PackageNotFoundError, version
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who can reach the nodes of the rig over DDS: only this machine; with SROS 2, only who may."""
+"""Access control over DDS: this machine only by default, or SROS 2."""
 
 import os
 import subprocess

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The vibration channels of a waveform: their names, units and planes."""
+"""Vibration channels of a waveform: names, units and planes."""
 
 import re
 from collections.abc import Iterable, Sequence

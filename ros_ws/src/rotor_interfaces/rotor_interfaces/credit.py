@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the reports on `rig/progress` are worth: they only grow, and never beyond what was sent."""
+"""Validate the reports on `rig/progress`: they only grow, and never exceed what was sent."""
 
 from collections.abc import Iterable
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What DDS and ROS 2 need of the machine: set, and checked before either starts."""
+"""Settings of DDS and ROS 2, made and checked before either starts."""
 
 import contextlib
 import ctypes

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Continuity of a block stream, proved by the absolute sample index."""
+"""Detect gaps in a block stream by the absolute sample index."""
 
 import enum
 import math

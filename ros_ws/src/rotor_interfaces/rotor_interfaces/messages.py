@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Building messages once for both worlds: live ROS 2 classes and offline rosbags dataclasses.
+"""Message builders for live ROS 2 classes and for offline rosbags dataclasses.
 
 A builder asks its `MessageFactory` for types by name and sets *every* field, since the offline
 dataclasses have no defaults. `ROS` needs the message packages, `OFFLINE` needs none.

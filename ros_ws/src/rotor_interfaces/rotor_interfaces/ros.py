@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What every node of the rig shares: QoS, namespace, parameters from a model, the run loop.
+"""The base of every node: QoS, namespace, parameters from a model, the run loop.
 
 Of this package only this module and `run_topics` import rclpy; the nodes import what they need of
 it from here, so that `dds` has looked at the machine before.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of one run: how the nodes of a rig tell each other from everybody else.
+"""Hidden topics of one run, which separate its nodes from all others.
 
 A message of ROS 2 does not say who sent it. So the nodes that share a `run_id` talk to each other
 on hidden topics that have this id in their name, `_run_ID/rotor/waveform`, where nobody else

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topic names, message types and quality of service: the one table that every node reads."""
+"""The table of topics: names, message types and quality of service."""
 
 from dataclasses import dataclass
 

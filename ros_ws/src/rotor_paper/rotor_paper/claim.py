@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A claim of the paper and the verdict on it."""
+"""A claim of the paper, and the verdict on it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

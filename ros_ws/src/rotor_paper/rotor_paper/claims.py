@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every statement of `facts.yaml` as a claim that the surveys of one variant are judged by.
+"""The statements in `facts.yaml` as claims, judged by the surveys of one variant.
 
 A claim says what the paper says, how it is judged, and which diagrams it needs. Numbers of the
 paper come from the facts, numbers of ours from the surveys; the rules stand in `judging`.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The claims about how the responses behave: what changes most, peaks, remains or gets worse."""
+"""Claims about how responses behave: what changes most, peaks, persists or gets worse."""
 
 from functools import partial
 

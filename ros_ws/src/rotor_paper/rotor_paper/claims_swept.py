@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The claims about Figs 11 to 19, where load, crack, clearance and eccentricity are swept."""
+"""Claims about Figs 11 to 19: sweeps of load, crack, clearance and eccentricity."""
 
 import re
 from functools import partial

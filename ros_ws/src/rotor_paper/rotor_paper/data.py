@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The data behind a figure, as arrays for one npz file. SI; divide lengths by length_scale_m."""
+"""The data of a figure as arrays for one npz file. SI; divide lengths by length_scale_m."""
 
 from typing import Any
 

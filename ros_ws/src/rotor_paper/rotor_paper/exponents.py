@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""How claims about Lyapunov exponents are judged, with saltation, and told without it."""
+"""Judge claims about Lyapunov exponents, with saltation, and reported without it."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Sequence

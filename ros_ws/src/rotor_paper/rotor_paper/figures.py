@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures 5 to 19 as data: which diagrams they need and which panels show them.
+"""Definitions of figures 5 to 19: the diagrams they need and the panels they show.
 
 Source: Hou, Chen, Cao, Lu, Mechanism and Machine Theory 105 (2016) 515-528. Ranges and operating
 points come from `facts.yaml`; what stands here besides is in the captions of the figures.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a claim of the paper is judged: verdicts, the thresholds behind them and the rules.
+"""Judge the paper's claims: verdicts, thresholds and rules.
 
 A rule takes numbers and returns a `Judgement`; NaN fails every comparison, so that it never
 agrees. Exponents are per unit tau, amplitudes zero-to-peak, lengths dimensionless (over delta).

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Drawing the figures of the paper: one picture per figure and variant, panels as in the paper.
+"""Plot the figures: one picture per figure and variant, panels as in the paper.
 
 Lengths are dimensionless, Y = y/delta and Z = z/delta; tau = speed times time. Grey dashes and
 grey bands show the paper's outer ticks and thresholds where the facts have them.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The command `rotor-rig paper`: bad arguments are said before anything is computed or imported."""
+"""The command `rotor-rig paper`; checks its arguments before any slow import."""
 
 import time
 from pathlib import Path

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The report on a run: report.json, and report.html that shows the pictures beside the claims."""
+"""The report of a run: report.json, and report.html with the pictures beside the claims."""
 
 import dataclasses
 import html

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Computing, drawing and judging the figures: group by group, variant by variant.
+"""Compute, plot and judge the figures, group by group, variant by variant.
 
 Figures that show the same diagrams, or that one claim compares, form a group and share its surveys.
 Only the results of one group and variant are in memory at a time.

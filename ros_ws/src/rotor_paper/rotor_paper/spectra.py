@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""How claims about spectra are judged: what changes most, what can be seen, what is continuous."""
+"""Judge claims about spectra: what changes most, is visible, is continuous."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes docs/validation.md and its pictures from the report of a run.
+"""Generates docs/validation.md and its pictures from the report of a run.
 
 `python -m rotor_paper.validation REPORT.json [--docs DIR]`, the pictures of the run beside
 the report. One picture a figure: `natural` beside the other variant with most agreement.
@@ -29,9 +29,10 @@ POINTS = {AGREES: 2, PARTLY: 1, DOES_NOT: 0}
 
 HEAD = """# Validation against the paper
 
-Figures 5 to 19 of {paper}, drawn again by `rotor-rig paper`, and what agrees with them.
-This page is made by `python -m rotor_paper.validation REPORT.json` from the report of the
-run described below; do not edit it. What it costs: [performance](performance.md).
+`rotor-rig paper` reproduces figures 5 to 19 of {paper}, and judges how far the results
+agree with the paper's statements. `python -m rotor_paper.validation REPORT.json` generates this
+page from the report of the run described below; do not edit it. Computing times:
+[performance](performance.md).
 
 {notes}
 

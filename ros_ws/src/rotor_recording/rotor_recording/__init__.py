@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: write, read, recover, verify and replay MCAP; import the files of other machines."""
+"""Recordings: write, read, recover, verify and replay MCAP; import foreign files."""

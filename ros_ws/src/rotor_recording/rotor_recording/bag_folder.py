@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which files a recording consists of: the folder of a bag, or one file, packed or not."""
+"""The files of a recording: a bag folder or a single file, compressed or not."""
 
 import os
 import re

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""One SQLite file of rosbag2, of which no cell is trusted to hold what its column says."""
+"""Read one SQLite file of rosbag2, without trusting the types of its cells."""
 
 import contextlib
 import sqlite3

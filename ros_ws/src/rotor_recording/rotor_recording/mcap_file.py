@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""One MCAP file: what is whole, where it stands, and what is lost.
+"""Read one MCAP file: which parts are intact, where they are, and what is lost.
 
 Lengths are checked against the file before anything is read, and chunks against their checksum,
 so that a damaged file costs neither memory nor time, and never gives a wrong message.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of an MCAP file, each read by the `mcap` library without trusting a length in it.
+"""Parse MCAP records with the `mcap` library, without trusting any length in them.
 
 By hand is what the library does not do: tell a record that is cut, and bound what is unpacked.
 """

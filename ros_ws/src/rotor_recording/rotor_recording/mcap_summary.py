@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The summary of a finalised MCAP file, if its checksum and the heads of the chunks bear it out."""
+"""The summary of a finalised MCAP file, checked against its checksum and the chunk heads."""
 
 import struct
 from dataclasses import dataclass, field

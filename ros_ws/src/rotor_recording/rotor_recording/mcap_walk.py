@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The walk through an MCAP file from record to record: its structure, and where that is damaged."""
+"""Scan an MCAP file record by record: its structure, and where it is damaged."""
 
 import struct
 from bisect import bisect_right

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading recordings: whole ones, those of a killed recorder, and damaged ones."""
+"""Read recordings: intact, unfinished and damaged ones."""
 
 import struct
 import weakref

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Node `recorder`: every topic of the rig into a bag, as raw bytes."""
+"""Node `recorder`: writes every topic of the rig into a bag, as raw bytes."""
 
 import sys
 import time

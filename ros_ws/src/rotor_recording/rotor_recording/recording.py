@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing recordings: MCAP files that describe themselves and survive a killed process."""
+"""Write recordings: self-describing MCAP files that survive a killed process."""
 
 import contextlib
 import importlib.metadata

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the raw messages of the rig to a recording, without decoding more than a few bytes."""
+"""Assemble a recording from the raw messages of the rig, decoding only a few bytes."""
 
 import math
 import struct

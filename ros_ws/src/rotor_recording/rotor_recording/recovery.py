@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a damaged or unfinished recording to a whole one, and what was lost on the way."""
+"""Recover a damaged or unfinished recording, and report what was lost."""
 
 import os
 from collections import Counter

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay publishes, and when: the part that needs no ROS."""
+"""The schedule of a replay: what is published and when; needs no ROS."""
 
 import math
 from collections.abc import Collection, Iterable, Iterator

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Node `replay`: publishes a recording again, byte for byte, with its own times as /clock."""
+"""Node `replay`: publishes a recording again, byte for byte, with its own times on /clock."""
 
 import math
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finding the way in the files of a recording by their indices: order, start, what was before."""
+"""Seek in a recording by its indices: order, start, and latched messages before it."""
 
 import heapq
 import itertools

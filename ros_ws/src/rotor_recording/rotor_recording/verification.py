@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a recording is what it says it is: checksums, counts, types, sample index, stamps."""
+"""Verify a recording: checksums, counts, types, sample index, stamps."""
 
 import struct
 from collections import Counter

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rerun view of the rig: live, of recordings, as pictures. Importing this imports rerun."""
+"""The rerun view of the rig: live, recordings, screenshots. Importing it imports rerun."""
 
 import os
 

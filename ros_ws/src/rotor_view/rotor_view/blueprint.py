@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one layout: what an engineer sees when the viewer opens. A view stands where it has data."""
+"""The layout of the viewer. A view is shown only if it has data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

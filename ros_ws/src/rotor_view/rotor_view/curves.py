@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves over flight time: named numbers collected and sent to rerun in columns."""
+"""Time series, collected and sent to rerun in columns."""
 
 from collections.abc import Sequence
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The indicators over the flight; those that the alarm judges, with their limits."""
+"""Indicators over the flight; those of the alarm rules with their limits."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the monitor says about a recording that does not hold it, computed while it is read."""
+"""Indicators of a recording that holds none, computed while it is read."""
 
 from collections.abc import Collection, Iterator
 from typing import Any

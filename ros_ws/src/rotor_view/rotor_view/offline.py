@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The view of a recording: in a window, as a rerun file, as a picture."""
+"""The view of a recording: in a window, as a rerun file, as a screenshot."""
 
 import contextlib
 import json

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Orbit of the disk or of another plane: the latest revolutions, seen against the flight.
+"""Orbits of the disk and other planes: the latest revolutions over the whole flight.
 
 z to the right, y (the load, down) downwards, so the shaft turns counter-clockwise.
 """

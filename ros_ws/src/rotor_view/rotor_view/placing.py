@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a block of the waveform stands on the time axis of the view."""
+"""The place of a waveform block on the time axis of the view."""
 
 import numpy as np
 

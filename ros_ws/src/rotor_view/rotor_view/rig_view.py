@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the messages of the rig to a rerun recording, live and from files alike."""
+"""Convert the rig's messages to a rerun recording, live or from files."""
 
 import heapq
 import itertools

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A rerun file, written so that a full disk is an error."""
+"""Write a rerun file; a full disk is an error."""
 
 import os
 import threading

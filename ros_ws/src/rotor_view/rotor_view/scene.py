@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rig in three dimensions: shaft, disk with its crack side, two ball bearings.
+"""The 3D scene: shaft, disk with its crack side, two ball bearings.
 
 Frame `rotor`: x along the shaft, forward; y along the load, down; z to the left. Radii of the
 bearings are true, lengths are drawn as they look best, displacements are exaggerated.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a view without a screen."""
+"""Screenshots without a display."""
 
 import time
 from collections.abc import Callable

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The latest order spectrum as bars, and all of the flight as a spectrogram."""
+"""The latest order spectrum as bars, and the whole flight as a spectrogram."""
 
 import io
 

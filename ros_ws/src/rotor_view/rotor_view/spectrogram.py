@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Order against flight time as a picture of fixed size: the whole flight, bounded memory."""
+"""A spectrogram (order over flight time) of fixed size, in bounded memory."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the alarm and the nodes say of themselves: levels over the flight, and a log."""
+"""The status of alarm and nodes: levels over the flight, and a log."""
 
 import re
 from typing import Any

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Names, units, colours and entity paths of everything the view shows: declared once."""
+"""Names, units, colours and entity paths of everything that the view shows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture needs of a long waveform: its newest rows, and the reach of all before them."""
+"""Reduce a long waveform for a screenshot: newest rows, and min and max before."""
 
 import numpy as np
 from numpy.typing import NDArray

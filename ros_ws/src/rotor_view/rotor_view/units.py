@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Units of what the view shows: as people read them; unknown stays unknown."""
+"""Display units of the view; an unknown unit stays unknown."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

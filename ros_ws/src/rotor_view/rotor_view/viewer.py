@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Starting the rerun viewer: on this machine only, without usage reports, never hanging."""
+"""Start the rerun viewer: on this machine only, without usage reports or hangs."""
 
 import contextlib
 import importlib.util

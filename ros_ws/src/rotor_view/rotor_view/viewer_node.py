@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Node `viewer`: shows a running rig in rerun, without ever holding it up.
+"""Node `viewer`: shows a running rig in rerun without slowing it down.
 
 It is not a registered consumer and takes the waveform best effort: when it cannot keep up, the
 view has gaps (and says so), never the rig.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the rows of the waveform draw: its curves, the poses of the rig, orbit and load."""
+"""Draw waveform rows: curves, poses of the rig, orbit and load."""
 
 from collections.abc import Callable
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Orders, indicators and alarm of a rotor from its waveform; the pure part needs no ROS.
+"""Orders, indicators and alarm of a rotor from its waveform; needs no ROS except for the node.
 
 The names are loaded when first used (PEP 562): the recorder needs none of the monitor's scipy.
 """

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Computes the chosen families of indicators of window after window."""
+"""Compute the selected indicator families for each window."""
 
 import math
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the monitor takes from a block: checked columns, of whatever type a publisher sends."""
+"""Extract checked columns from a block, whatever types its publisher used."""
 
 import itertools
 import math

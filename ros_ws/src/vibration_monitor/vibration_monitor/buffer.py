@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A queue of consecutive samples that is always in one piece."""
+"""A queue of consecutive samples in contiguous memory."""
 
 from collections.abc import Sequence
 

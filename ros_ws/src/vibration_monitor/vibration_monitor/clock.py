@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sample rate and stamps of a stream of blocks."""
+"""Sample rate and time stamps of a block stream."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""How deep a crack would have to be to explain what the probes say: an estimate of K = dk/k.
+"""The crack estimate: the K = dk/k that would explain the measured displacements.
 
 `crack_model` turns every window into equivalent loads q_n at 2x and 3x and into p_n(beta), what a
 crack of K = 1 would do. A crack's q_n grows with the load, whereas a misalignment's force and a

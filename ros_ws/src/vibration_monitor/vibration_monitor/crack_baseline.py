@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What healthy flights of one machine teach the crack estimate.
+"""The baseline of one machine: what the crack estimate learns from healthy flights.
 
 Near half the critical speed q_n is a small difference of large terms: there a probe that reads 5 %
 too much looks like a crack, and so does a damping of another size. But in healthy flights q_n at

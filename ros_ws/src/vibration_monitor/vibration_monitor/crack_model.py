@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the disk's equation of motion says about a crack, window by window.
+"""Equivalent loads of a crack from the disk's equation of motion, window by window.
 
 Method: equivalent loads (Markert, Platz and Seidler, International Journal of Rotating Machinery 7
 (2001) 311-321). The motion of the disk and of both bearings is measured, so the equation of the

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From indicators to an alarm: limits, agreement of N of M windows, hysteresis."""
+"""The alarm: limits on indicators, N of M windows, hysteresis."""
 
 import enum
 import math

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Envelope analysis: the rate at which a resonance is struck, as a rolling bearing's fault does.
+"""Envelope analysis: the repetition rate of impacts, as from a rolling-bearing fault.
 
 Source: Randall and Antoni, Rolling element bearing diagnostics - a tutorial, Mechanical Systems
 and Signal Processing 25 (2011) 485-520: a fault's line stands in the spectrum of the envelope,

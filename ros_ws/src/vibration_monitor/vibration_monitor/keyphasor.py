@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The shaft angle from a key-phasor: one positive pulse a revolution, angle 0 at its centre.
+"""The shaft angle from a key-phasor: one positive pulse per revolution, angle 0 at its centre.
 
 Everything is decided at pulses, or at the end of chunks of fixed length counted from the first
 sample, so that it does not matter in which blocks the samples came.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the monitor says about one window, as messages of either world."""
+"""Messages about one window, live or offline."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The monitor: waveform blocks in, indicators and alarm out; used live and offline alike.
+"""The monitor: waveform blocks in, indicators and alarm out, live and offline.
 
 Window w covers the shaft revolutions [w hop, w hop + R) of the unwrapped angle column, whatever
 the blocks are, so its indicators do not depend on the block size or on where the stream was
@@ -326,7 +326,7 @@ class VibrationMonitor:
         records = []
         hop, count = self.config.hop_revolutions, self.config.window_revolutions
         while self._last_angle() >= self._next * hop + count:
-            records.append(self._analyse(self._next))
+            records.append(self._analyze(self._next))
             self._next += 1
             angle = self._buffer.rows[0]
             before = int(np.searchsorted(angle, float(self._next * hop), side='right')) - 1
@@ -336,7 +336,7 @@ class VibrationMonitor:
             self._buffer.drop(len(self._buffer) - self._most_samples * 9 // 8)
         return records
 
-    def _analyse(self, window: int) -> IndicatorRecord:
+    def _analyze(self, window: int) -> IndicatorRecord:
         """Return the record of a window whose end has been passed."""
         first_sample, rows = self._buffer.first_sample, self._buffer.rows
         start = window * self.config.hop_revolutions

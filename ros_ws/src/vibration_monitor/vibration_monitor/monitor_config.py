@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the monitor."""
+"""Configuration of the monitor."""
 
 import difflib
 import math

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Node `vibration_monitor`: thin adapter around `VibrationMonitor.push`."""
+"""Node `vibration_monitor`: a thin adapter around `VibrationMonitor.push`."""
 
 import math
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Computed order tracking: from equal steps of time to equal steps of the shaft angle.
+"""Computed order tracking: resampling from equal time steps to equal angle steps.
 
 Source: Fyfe and Munck, Analysis of computed order tracking, Mechanical Systems and Signal
 Processing 11 (1997) 187-205: find the times of equal angles, then the signal at these times.

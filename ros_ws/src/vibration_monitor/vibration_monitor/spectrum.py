@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Amplitude and phase in the order domain, with a 4-term Blackman-Harris window.
+"""Amplitude and phase over order, with a 4-term Blackman-Harris window.
 
 Sign and scale: a component is the complex number Z = A exp(i phase) of
 x = A cos(order * angle + phase); A is zero-to-peak in the unit of x. Only FFT and plain sums are

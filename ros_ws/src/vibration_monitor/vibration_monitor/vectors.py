@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors (amplitude and phase) at orders, by windowed sums over the samples as they came.
+"""Vectors (amplitude and phase) at orders, by windowed sums over the raw samples.
 
 The integral of x(angle) w(angle) exp(-i order angle) over a window of revolutions, by the
 trapezoid rule on the samples. The window w (4-term Blackman-Harris) falls to 6e-5 at its ends, so

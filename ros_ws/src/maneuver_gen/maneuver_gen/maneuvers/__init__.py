@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The maneuvers that come with the rig: one file each, named as the key `profile` names it."""
+"""The maneuvers that come with the rig, one file each, named like their `profile`."""

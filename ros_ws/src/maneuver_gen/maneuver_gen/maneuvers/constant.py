@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Level flight or any other load that stays."""
+"""A constant load factor, level flight by default."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rough air: the course of a load factor in Dryden turbulence, as a sum of sinusoids.
+"""Gusts: the load factor in Dryden turbulence, as a sum of sinusoids.
 
 Sources: the spectrum of the vertical gusts is Dryden's in MIL-F-8785C, 3.7.2; the sum of sinusoids
 at random phases is Shinozuka & Deodatis, Appl. Mech. Rev. 44 (1991) 191. The aircraft answers by

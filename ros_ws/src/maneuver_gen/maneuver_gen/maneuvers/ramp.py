@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A load factor that rises or falls evenly."""
+"""A linear change of the load factor."""
 
 import numpy as np
 

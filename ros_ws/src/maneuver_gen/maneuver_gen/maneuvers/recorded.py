@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded flight from a CSV file: time, load factor and, if wanted, lateral load factor."""
+"""A recorded flight from a CSV file: time, load factor and optional lateral load factor."""
 
 import csv
 import functools

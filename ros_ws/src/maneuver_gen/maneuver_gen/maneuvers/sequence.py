@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Maneuvers one after the other."""
+"""Several maneuvers in sequence."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A load factor that swings."""
+"""A sinusoidal load factor."""
 
 from typing import Self
 

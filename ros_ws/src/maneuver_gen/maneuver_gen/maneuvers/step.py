@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A jump of the load factor."""
+"""A step of the load factor."""
 
 import numpy as np
 

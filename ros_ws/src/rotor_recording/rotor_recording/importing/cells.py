@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of delimited text as cells, and what kind of thing a cell is."""
+"""Split delimited text into cells, and tell the type of each cell."""
 
 import codecs
 import csv

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the columns of a foreign file to waveform blocks and a recording."""
+"""Convert the columns of a foreign file to waveform blocks and a recording."""
 
 import hashlib
 import json

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Files of other systems as columns of numbers: delimited text and MATLAB files."""
+"""Read foreign files as columns of numbers: delimited text and MATLAB."""
 
 import re
 from collections.abc import Iterator, Mapping

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What every foreign file is to the importer: columns of numbers, and what it says of itself."""
+"""The common form of foreign files: columns of numbers and metadata."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""MATLAB files, read in a process of their own: on damaged ones scipy can end the process."""
+"""MATLAB files, read in a separate process: damaged ones can crash scipy."""
 
 import os
 import pickle

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that can be read in two ways: refused, with both readings named."""
+"""Detect ambiguous text, which is refused with both readings named."""
 
 import re
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The shaft angle of a recording: from a constant speed, or from a tachometer."""
+"""The shaft angle of a recording, from a constant speed or a tachometer."""
 
 import math
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the numbers of a text stand, and how their cells are divided."""
+"""Find the numeric table in a text file, and its delimiter."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Delimited text as columns of numbers."""
+"""Read delimited text as columns of numbers."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Crack detectors behind one protocol; docs/evaluation.md compares them."""
+"""Crack detectors with one common protocol; compared in docs/evaluation.md."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Our detector: the crack that the load's change, or the machine's own baseline, speaks for.
+"""The rig's own detector: the crack estimate, with a baseline of the machine.
 
 It is the live monitor itself, with the extra `crack`: the score is `crack_ratio_low`, on which the
 live alarm stands, and which must hold for 160 revolutions.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a crack detector must offer to be tested, and how one is found by its name.
+"""The protocol of a crack detector, and how one is found by name.
 
 A detector is found through the entry points of the group `rotor_rig.detectors`, or by
 `module:Class`; either leads to a callable without arguments that makes one.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Detector (a): the textbook's fixed limits on the super-harmonics 2x and 3x relative to 1x."""
+"""Detector (a): fixed textbook limits on the super-harmonics 2x and 3x relative to 1x."""
 
 import math
 from collections.abc import Iterable

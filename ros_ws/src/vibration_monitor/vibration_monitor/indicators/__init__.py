@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The indicators of a window: one file a family, listed in `registry`.
+"""Indicators of a window, one file per family, listed in `registry`.
 
 docs/extending/indicator.md shows how to add one.
 """

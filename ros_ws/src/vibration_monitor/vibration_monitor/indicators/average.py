@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Synchronous average: what repeats in every revolution, and what does not.
+"""Synchronous average: the part that repeats every revolution, and the residual.
 
 Source: McFadden, A revised model for the extraction of periodic waveforms by time domain
 averaging, Mechanical Systems and Signal Processing 1 (1987) 83-95.

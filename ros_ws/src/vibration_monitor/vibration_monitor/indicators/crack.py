@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimate of the crack, and what is to be doubted about it."""
+"""The crack estimate as indicators, and the doubts about it."""
 
 import math
 from typing import TYPE_CHECKING

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of a rolling bearing in the envelope of the accelerations."""
+"""Rolling-bearing lines in the envelope spectrum of the accelerations."""
 
 import math
 from typing import TYPE_CHECKING

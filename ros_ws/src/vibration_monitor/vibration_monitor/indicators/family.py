@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a family of indicators declares, and how it computes them."""
+"""The base class of indicator families."""
 
 import re
 from collections.abc import Sequence

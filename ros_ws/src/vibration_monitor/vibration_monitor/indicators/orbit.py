@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops and flatness of the orbit of a plane."""
+"""Loops and flatness of the orbit in each plane."""
 
 from vibration_monitor.indicators.family import Family, Indicator
 from vibration_monitor.indicators.window import Window

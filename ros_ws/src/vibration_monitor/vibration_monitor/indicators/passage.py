@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Passage of a super-harmonic through its resonance, in a run-up or a run-down.
+"""Passage of a super-harmonic through resonance during a run-up or run-down.
 
 Order n excites the shaft's bending when the speed is critical speed / n. A crack makes 2x and 3x
 that a sound shaft has not: Gasch, Journal of Sound and Vibration 160 (1993) 313-332.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Super-harmonics relative to 1x."""
+"""Ratios of the super-harmonics to 1x."""
 
 from rotor_interfaces.channels import is_acceleration
 from vibration_monitor.indicators.family import OF_SOURCE, Family, Indicator

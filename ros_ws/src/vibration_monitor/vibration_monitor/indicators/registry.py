@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""All families of indicators; the one place that says which there are and in which order.
+"""The registry of indicator families, which fixes their order.
 
 Published come first the indicators of the window, then those of channel after channel, then those
 of plane after plane, each in the order of `FAMILIES`. A user's family is named in `extras` by its

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The order spectrum of each channel: no indicators, but a table beside them."""
+"""The order spectrum of each channel: a table, not indicators."""
 
 import math
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""How an order depends on the load: the change of its vector with the load factor.
+"""Load dependence of an order: how its vector changes with the load factor.
 
 The vectors Z of the last windows at similar speed are fitted by Z = a + b n, n the load factor, by
 least squares in the complex plane. What does not depend on the load (unbalance, misalignment) is in

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Full spectrum: how much of a motion in a plane whirls forward, how much backward.
+"""Full spectrum: forward and backward whirl in each plane.
 
 Source: Goldman and Muszynska, Application of full spectrum to rotating machinery diagnostics,
 Orbit 20 (1999) 17-21; Southwick, Using full spectrum plots, Orbit 14 (1993) 19-21.

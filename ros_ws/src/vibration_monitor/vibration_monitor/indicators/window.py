@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""One window of whole revolutions, and what several indicators are computed from."""
+"""One window of whole revolutions, with the intermediate results that indicators share."""
 
 import math
 from dataclasses import dataclass, field
