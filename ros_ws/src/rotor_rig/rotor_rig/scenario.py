@@ -75,7 +75,7 @@ class Scenario(ConfigModel):
         OFFLINE_EPOCH_NS, unit='ns', description='stamp of time 0 in an offline run', ge=0, lt=2**62
     )
     maneuver: ManeuverConfig = pydantic.Field(description='what the aircraft flies')
-    monitor: MonitorConfig = pydantic.Field(
+    monitor: MonitorConfig = pydantic.Field(  # type: ignore[assignment]
         default={}, description='what the monitor computes and when it warns'
     )
 

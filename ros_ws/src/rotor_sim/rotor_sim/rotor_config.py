@@ -125,14 +125,14 @@ class ParameterChange(ConfigModel):
 
 def _fill_in(rotor: Any, info: pydantic.ValidationInfo) -> Any:
     """Put the readings of the variant, a field beside the rotor, to the values that are given."""
-    variant = info.data.get('variant')
+    variant: str | None = info.data.get('variant')
     if isinstance(rotor, RotorParameters) and variant not in (None, rotor.variant):
         raise RotorError(f'it is of variant {rotor.variant!r}, but variant = {variant!r}')
     if not isinstance(rotor, Mapping):
         return rotor
     if fixed := OF_THE_VARIANT & {*rotor}:
         raise RotorError(f'{min(fixed)} belongs to the variant; choose it by the key `variant`')
-    return {**VARIANTS.get(variant, {}), 'variant': variant or 'custom', **rotor}
+    return {**VARIANTS.get(variant or '', {}), 'variant': variant or 'custom', **rotor}
 
 
 Rotor = Annotated[
@@ -148,7 +148,7 @@ class RotorSimConfig(ConfigModel):
     """Everything that the simulator needs to know before a run; the load comes separately."""
 
     variant: Variant = pydantic.Field(default='derived', description='reading of the equations')
-    rotor: Rotor = pydantic.Field(default={}, description='the rotor at time 0')
+    rotor: Rotor = pydantic.Field(default={}, description='rotor at time 0')  # type: ignore[assignment]
     speed: SpeedConfig = pydantic.Field(default=SpeedConfig(), description='speed of the shaft')
     crack_growth: tuple[CrackRamp, ...] = pydantic.Field(
         default=(), description='growth of the crack, in order'
@@ -247,7 +247,6 @@ class RotorSimConfig(ConfigModel):
             schedule.add(Ramp(start, ramp.to_rad_s, rate_per_s=ramp.acceleration_rad_s2))
         return schedule
 
-    @pydantic.model_validator(mode='after')
     def check(self) -> Self:
         """Raise RotorError where values that are allowed by themselves contradict each other."""
         self._check_speed()
@@ -274,6 +273,8 @@ class RotorSimConfig(ConfigModel):
             with _at(f'changes[{i}]'):
                 self.live_ramp(change.sample, change.parameter, change.value)
         return self
+
+    _check = pydantic.model_validator(mode='after')(check)
 
     def _check_speed(self) -> None:
         speed, end, reached = self.speed, 0.0, self.speed.initial_rad_s
