@@ -110,7 +110,7 @@ def file_cases(folder: Path) -> dict[str, Case]:
     for name, count in (('1 lane', 1), ('16 lanes', LANES)):
         flights = [machine.flights[3] for machine in machines[:count]]
         simulated_s = sum(flight.duration_s for flight in flights)
-        steps = round(simulated_s * RATE_HZ) * flights[0].scenario.substeps()
+        steps = round(simulated_s * RATE_HZ) * flights[0].scenario.rotor_sim().substeps()
         found[f'data set with files, {name}'] = (
             partial(write_flights, flights, folder, versions()),
             simulated_s,

@@ -58,7 +58,7 @@ def states(variant: str, first: float, last: float, steps: int) -> Array:
 
 def scale_of(simulator: RotorSimulator, first: float) -> Array:
     """Return what makes a state (12,) dimensionless."""
-    length = simulator.config.parameters().length_scale_m
+    length = simulator.config.rotor.length_scale_m
     return np.repeat([length, length * first], 6)
 
 
@@ -84,7 +84,7 @@ def by_scipy(first: float, last: float) -> Array:
     """Return what `states` returns, for `derived`, by DOP853."""
     simulator = simulated('derived', first, last, REFERENCE_STEPS)
     simulator.prepare(LoadGrid.from_points(LOADS))
-    parameters = simulator.config.parameters()
+    parameters = simulator.config.rotor
     scale = scale_of(simulator, first)
     acceleration = (last - first) / SECONDS
 

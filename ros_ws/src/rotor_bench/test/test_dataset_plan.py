@@ -57,7 +57,7 @@ def test_the_standard_suite_is_as_large_as_it_says() -> None:
     for flight in growing:
         (growth,) = flight.scenario.crack_growth
         assert (growth.at_s, growth.over_s, growth.to) == (0.0, 600.0, 0.1)
-        assert flight.scenario.parameters().crack_stiffness_ratio == 0.0
+        assert flight.scenario.rotor.crack_stiffness_ratio == 0.0
 
 
 @pytest.mark.parametrize('name', ['smoke', 'standard'])
@@ -74,7 +74,7 @@ def test_every_growing_crack_has_a_healthy_flight_that_looks_the_same(name: str)
         assert healthy.duration_s == growing.duration_s == suite.growth_s
         assert (healthy.labels['decoy'], growing.labels['decoy']) == (True, False)
         assert healthy.scenario.crack_growth == ()
-        assert healthy.scenario.parameters().crack_stiffness_ratio == 0.0
+        assert healthy.scenario.rotor.crack_stiffness_ratio == 0.0
         for label in ('maneuver', 'speed_program', 'confounder', 'eccentricity_m', 'clearance_m',
                       'forcing_n', 'noise', 'encoder'):  # fmt: skip
             assert healthy.labels[label] == growing.labels[label]
@@ -156,8 +156,8 @@ def test_references_are_healthy_unchanged_and_cover_what_the_tests_do() -> None:
             scenario = flight.scenario
             assert flight.labels['crack'] == 'healthy'
             assert flight.labels['confounder'] == 'none'
-            assert scenario.parameters().crack_stiffness_ratio == 0.0
-            assert scenario.parameters().eccentricity_m == machine.flights[0].rotor.eccentricity_m
+            assert scenario.rotor.crack_stiffness_ratio == 0.0
+            assert scenario.rotor.eccentricity_m == machine.flights[0].rotor.eccentricity_m
             loads += (load_grid(scenario.maneuver, flight.duration_s)[:, 0] / 9.81).tolist()
             speeds += reached(scenario)
         assert min(loads) <= 1.0
@@ -194,7 +194,7 @@ def test_a_confounder_changes_its_own_quantity_and_no_other() -> None:
                 else:
                     assert flight.labels[name] == value
             assert bool(flight.labels['sensor_fault']) == (confounder == 'sensor_fault')
-            parameters = flight.scenario.parameters()
+            parameters = flight.scenario.rotor
             assert parameters.eccentricity_m == flight.labels['eccentricity_m']
             assert parameters.clearance_m == flight.labels['clearance_m']
             assert flight.scenario.forcing.amplitude_n == flight.labels['forcing_n']
@@ -253,7 +253,7 @@ def test_batches_hold_machines_that_can_fly_together() -> None:
         assert len(group) <= LANES
         assert len({tuple(f.duration_s for f in machine.flights) for machine in group}) == 1
     one_each = [machine.flights[0] for machine in STANDARD]
-    assert {f.scenario.substeps() for f in [*flights(SMOKE), *one_each]} == {2}
+    assert {f.scenario.rotor_sim().substeps() for f in [*flights(SMOKE), *one_each]} == {2}
 
 
 def test_maneuvers_load_the_rotor_as_their_names_say() -> None:

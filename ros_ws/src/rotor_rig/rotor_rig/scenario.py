@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenario files: one YAML describes a run, live and offline alike."""
 
+import copy
+import json
 import math
-from collections.abc import Mapping
+import re
+import textwrap
+from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Self
@@ -12,16 +16,23 @@ import pydantic
 
 from maneuver_gen import ManeuverConfig, resolve_paths
 from maneuver_gen.load_grid import check_duration
-from rotor_common.configuration import quantity, unit_of
+from rotor_common.configuration import ConfigModel, quantity, unit_of
 from rotor_common.constants import OFFLINE_EPOCH_NS
-from rotor_common.errors import DataError, RigError
+from rotor_common.errors import DataError
 from rotor_common.plain_data import LARGEST_YAML, dump_yaml, parse_yaml
 from rotor_common.text_file import read_text
 from rotor_recording.bag_folder import is_recording
 from rotor_recording.reading import Recording
 from rotor_rig.errors import ScenarioError
-from rotor_sim.plant.parameters import RotorParameters
-from rotor_sim.rotor_config import RotorSimConfig
+from rotor_sim.plant.parameters import RotorParameters, Variant
+from rotor_sim.rotor_config import (
+    CrackRamp,
+    Forcing,
+    ParameterChange,
+    RotorSimConfig,
+    SpeedConfig,
+)
+from rotor_sim.sensors.sensor_config import SensorConfig
 from vibration_monitor.monitor_config import MonitorConfig
 
 DEFAULT_SCENARIO = 'climb_dive'
@@ -30,9 +41,30 @@ ROUNDING = 1e-3
 """A value of the monitor that differs from the rotor's by less was only rounded."""
 
 
-class Scenario(RotorSimConfig):
-    """Everything that a run depends on: rotor, speed, sensors, maneuver, monitor, length, seed."""
+def _simulated(name: str) -> Any:
+    """Return the field of the simulator's configuration: default, unit, range and text."""
+    return copy.copy(RotorSimConfig.model_fields[name])
 
+
+class Scenario(ConfigModel):
+    """Everything that a run depends on: rotor, speed, sensors, maneuver, monitor, length, seed.
+
+    The keys of a scenario file are the fields; `docs/scenarios.md` says what they mean. All
+    values are SI. What the monitor must know of the rotor is filled in where it is not given.
+    """
+
+    variant: Variant = _simulated('variant')
+    rotor: RotorParameters = _simulated('rotor')
+    speed: SpeedConfig = _simulated('speed')
+    crack_growth: tuple[CrackRamp, ...] = _simulated('crack_growth')
+    forcing: Forcing = _simulated('forcing')
+    rate_hz: int = _simulated('rate_hz')
+    block_samples: int = _simulated('block_samples')
+    steps_per_revolution: int = _simulated('steps_per_revolution')
+    settle_revolutions: int = _simulated('settle_revolutions')
+    sensors: SensorConfig = _simulated('sensors')
+    seed: int = _simulated('seed')
+    changes: tuple[ParameterChange, ...] = _simulated('changes')
     name: str = pydantic.Field(
         pattern='^[A-Za-z0-9_-]+$',
         description='short name of letters, digits, _ and -, used for the recording',
@@ -43,20 +75,25 @@ class Scenario(RotorSimConfig):
         OFFLINE_EPOCH_NS, unit='ns', description='stamp of time 0 in an offline run', ge=0, lt=2**62
     )
     maneuver: ManeuverConfig = pydantic.Field(description='what the aircraft flies')
-    monitor: MonitorConfig = pydantic.Field(
-        default_factory=MonitorConfig, description='what the monitor computes and when it warns'
+    monitor: MonitorConfig = pydantic.Field(  # type: ignore[assignment]
+        default={}, description='what the monitor computes and when it warns'
     )
 
+    @pydantic.field_validator('monitor', mode='before')
     @classmethod
-    def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
-        """Return the scenario for plain data; what the monitor must know of the rotor is filled in.
-
-        Raises ConfigError for a key, type or value that is not allowed.
-        """
-        return super().from_mapping(_with_facts_of_the_rotor(data), where)
+    def _know_the_rotor(cls, monitor: Any, info: pydantic.ValidationInfo) -> Any:
+        """Return the monitor; what the file leaves open and the rotor tells is filled in."""
+        if not isinstance(monitor, Mapping):
+            return monitor
+        rotor, crack = info.data.get('rotor'), monitor.get('crack', {})
+        if rotor is not None and isinstance(crack, Mapping):
+            crack = _crack_facts(rotor) | dict(crack)
+            monitor = _bearing_facts(rotor) | dict(monitor) | {'crack': crack}
+        return MonitorConfig.model_validate_json(json.dumps(monitor))
 
     @pydantic.model_validator(mode='after')
-    def _flight_covers_the_run(self) -> Self:
+    def _check(self) -> Self:
+        self.rotor_sim().check()
         check_duration(self.maneuver, self.duration_s)
         if self.block_samples > LONGEST_BLOCK_S * self.rate_hz:
             raise ScenarioError(
@@ -66,21 +103,18 @@ class Scenario(RotorSimConfig):
         return self
 
     def rotor_sim(self) -> RotorSimConfig:
-        """Return the part that the simulator needs."""
-        return RotorSimConfig.from_mapping(
-            {name: value for name, value in self.plain().items()
-             if name in RotorSimConfig.model_fields}
-        )  # fmt: skip
+        """Return what the simulator needs: the same parts, which have been checked here."""
+        parts = {name: getattr(self, name) for name in RotorSimConfig.model_fields}
+        return RotorSimConfig.model_construct(**parts)
 
     def warnings(self) -> list[str]:
         """Return one sentence for each value of the monitor that contradicts the rotor."""
-        rotor = self.parameters()
         return [
             f'monitor.{prefix}{name} = {getattr(section, name):g} contradicts the rotor, which '
             f'has {value:g}; leave it out unless the monitor is to be wrong'
             for section, prefix, facts in (
-                (self.monitor.crack, 'crack.', _crack_facts(rotor)),
-                (self.monitor, '', _bearing_facts(rotor)),
+                (self.monitor.crack, 'crack.', _crack_facts(self.rotor)),
+                (self.monitor, '', _bearing_facts(self.rotor)),
             )
             for name, value in facts.items()
             if not math.isclose(getattr(section, name), value, rel_tol=ROUNDING)
@@ -91,37 +125,31 @@ class Scenario(RotorSimConfig):
         return self.model_dump(mode='json')
 
     def yaml(self) -> str:
-        """Return the YAML of an equal scenario: every value, the rotor's with their units."""
-        return ''.join(
-            _rotor_yaml(value) if key == 'rotor' else dump_yaml({key: value})
-            for key, value in self.plain().items()
-        )
+        """Return the YAML of an equal scenario: every value, with its unit.
+
+        What the variant sets in the rotor stands there as comments.
+        """
+        return ''.join(_yaml_lines(self, self.plain()))
 
 
-def _rotor_yaml(rotor: Mapping[str, float]) -> str:
-    lines = ['rotor:\n']
-    for name, value in rotor.items():
-        unit = unit_of(RotorParameters.model_fields[name])
-        comment = f'  # {unit}' if unit not in ('', '1') else ''
-        lines.append(f'  {dump_yaml({name: value}).rstrip()}{comment}\n')
-    return ''.join(lines)
-
-
-def _with_facts_of_the_rotor(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return scenario data whose monitor has what the file leaves open and the rotor tells.
-
-    Data that are not allowed come back as they are: they are refused by their key afterwards.
-    """
-    monitor, variant = data.get('monitor', {}), data.get('variant', 'derived')
-    crack = monitor.get('crack', {}) if isinstance(monitor, Mapping) else None
-    if not isinstance(crack, Mapping) or not isinstance(variant, str):
-        return data
-    try:
-        rotor = RotorParameters.hou2016(variant, **data.get('rotor', {}))
-    except (RigError, TypeError):
-        return data
-    crack = _crack_facts(rotor) | dict(crack)
-    return {**data, 'monitor': _bearing_facts(rotor) | dict(monitor) | {'crack': crack}}
+def _yaml_lines(
+    model: ConfigModel, plain: Mapping[str, Any], indent: str = '', column_unit: str = ''
+) -> Iterator[str]:
+    """Yield the lines of a part; `column_unit` is what its unit [u] stands for."""
+    column_unit = getattr(model, 'COLUMN_UNIT', column_unit)
+    for name, value in plain.items():
+        part, unit = getattr(model, name), unit_of(type(model).model_fields[name])
+        if isinstance(part, ConfigModel) and value:
+            yield f'{indent}{name}:\n'
+            yield from _yaml_lines(part, value, indent + '  ', column_unit)
+        else:
+            text = dump_yaml({name: value}).rstrip()
+            if unit not in {'', '1'} and '\n' not in text:
+                text += f'  # {re.sub("^u", column_unit, unit)}'
+            yield textwrap.indent(text + '\n', indent)
+    if isinstance(model, RotorParameters):
+        for name in sorted(type(model).model_fields.keys() - plain.keys() - {'variant'}):
+            yield f'{indent}# {name}: {getattr(model, name)}, of the variant\n'
 
 
 def _crack_facts(rotor: RotorParameters) -> dict[str, float]:

@@ -22,7 +22,7 @@ from rotor_interfaces.run_topics import RUN_ID, OtherRigs, Progress, RunTopics
 from rotor_interfaces.topics import Topic
 from rotor_sim.errors import CosimulationError, LoadConflictError, RotorError
 from rotor_sim.messages import block_messages, config_message
-from rotor_sim.plant.parameters import VARIANTS
+from rotor_sim.plant.parameters import OF_THE_VARIANT
 from rotor_sim.rotor_config import RotorSimConfig
 from rotor_sim.sensors.sensor_config import NoiseLevels
 from rotor_sim.stream.load_grid import LoadGrid
@@ -109,30 +109,21 @@ class RotorSimNode(Node):  # type: ignore[misc]
 
     def _declare_config(self, base: RotorSimConfig) -> RotorSimConfig:
         """Declare every scalar of the configuration; what can change live has its own name."""
-        rotor = ros.declare_model(
-            self,
-            base.parameters(),
-            prefix='rotor.',
-            skip={'variant', 'crack_stiffness_ratio', *VARIANTS['derived']},
-        )
         live = ros.declare_model(self, base.live_parameters(), settable=RotorSimulator.SETTABLE)
         noise = {name: getattr(live, name) for name in NoiseLevels.model_fields}
         config = ros.declare_model(
             self,
             base,
             skip={
+                'rotor.crack_stiffness_ratio',
+                *(f'rotor.{name}' for name in OF_THE_VARIANT),
                 'speed.initial_rad_s',
                 'sensors.preset',
                 *(f'sensors.{name}' for name in noise),
             },
         )
         plain = config.model_dump(mode='json')
-        changed = {
-            name: value
-            for name, value in rotor.model_dump(mode='json').items()
-            if value != getattr(base.parameters(), name)
-        }
-        plain['rotor'] |= changed | {'crack_stiffness_ratio': live.crack_stiffness_ratio}
+        plain['rotor']['crack_stiffness_ratio'] = live.crack_stiffness_ratio
         plain['speed']['initial_rad_s'] = live.speed_target_rad_s
         plain['sensors'] |= noise
         return RotorSimConfig.from_mapping(plain)

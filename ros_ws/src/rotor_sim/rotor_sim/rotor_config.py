@@ -4,15 +4,21 @@
 
 import contextlib
 import math
-from collections.abc import Iterator
-from typing import Any, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self
 
 import pydantic
 
 from rotor_common.configuration import ConfigModel, quantity
 from rotor_common.errors import RigError
 from rotor_sim.errors import RotorError
-from rotor_sim.plant.parameters import HIGHEST_CRACK, VARIANTS, RotorParameters, Variant
+from rotor_sim.plant.parameters import (
+    HIGHEST_CRACK,
+    OF_THE_VARIANT,
+    VARIANTS,
+    RotorParameters,
+    Variant,
+)
 from rotor_sim.sensors.sensor_config import NoiseLevels, SensorConfig
 from rotor_sim.stream.schedule import Ramp, RampSchedule
 
@@ -117,14 +123,32 @@ class ParameterChange(ConfigModel):
     value: float = quantity(unit='SI', description='new value')
 
 
+def _fill_in(rotor: Any, info: pydantic.ValidationInfo) -> Any:
+    """Put the readings of the variant, a field beside the rotor, to the values that are given."""
+    variant: str | None = info.data.get('variant')
+    if isinstance(rotor, RotorParameters) and variant not in (None, rotor.variant):
+        raise RotorError(f'it is of variant {rotor.variant!r}, but variant = {variant!r}')
+    if not isinstance(rotor, Mapping):
+        return rotor
+    if fixed := OF_THE_VARIANT & {*rotor}:
+        raise RotorError(f'{min(fixed)} belongs to the variant; choose it by the key `variant`')
+    return {**VARIANTS.get(variant or '', {}), 'variant': variant or 'custom', **rotor}
+
+
+Rotor = Annotated[
+    RotorParameters,
+    pydantic.Field(strict=False),
+    pydantic.BeforeValidator(_fill_in),
+    pydantic.PlainSerializer(lambda rotor: rotor.model_dump(exclude=OF_THE_VARIANT)),
+]
+"""A rotor in a model with a field `variant` before it, which sets what is not given here."""
+
+
 class RotorSimConfig(ConfigModel):
     """Everything that the simulator needs to know before a run; the load comes separately."""
 
     variant: Variant = pydantic.Field(default='derived', description='reading of the equations')
-    rotor: dict[str, Any] = pydantic.Field(
-        default={},
-        description='fields of RotorParameters; those left out are added at their defaults',
-    )
+    rotor: Rotor = pydantic.Field(default={}, description='rotor at time 0')  # type: ignore[assignment]
     speed: SpeedConfig = pydantic.Field(default=SpeedConfig(), description='speed of the shaft')
     crack_growth: tuple[CrackRamp, ...] = pydantic.Field(
         default=(), description='growth of the crack, in order'
@@ -152,10 +176,6 @@ class RotorSimConfig(ConfigModel):
         default=(), description='log of live changes to repeat, in order'
     )
 
-    def parameters(self) -> RotorParameters:
-        """Return the rotor at time 0."""
-        return RotorParameters.hou2016(self.variant, **self.rotor)
-
     def substeps(self) -> int:
         """Return m, the integration steps per sample.
 
@@ -164,7 +184,7 @@ class RotorSimConfig(ConfigModel):
         """
         highest = self.speed.highest_rad_s or self._speed_schedule().highest()
         revolution = self.steps_per_revolution * highest
-        mode = STEPS_PER_PERIOD * self.parameters().fastest_mode_rad_s
+        mode = STEPS_PER_PERIOD * self.rotor.fastest_mode_rad_s
         return math.ceil(max(revolution, mode) / (2.0 * math.pi * self.rate_hz))
 
     def speed_limit_rad_s(self) -> float:
@@ -177,7 +197,7 @@ class RotorSimConfig(ConfigModel):
 
         That of the speed target is the speed itself.
         """
-        crack = RampSchedule(self.parameters().crack_stiffness_ratio, self.rate_hz)
+        crack = RampSchedule(self.rotor.crack_stiffness_ratio, self.rate_hz)
         for growth in self.crack_growth:
             start = round(growth.at_s * self.rate_hz)
             crack.add(Ramp(start, growth.to, duration_s=growth.over_s))
@@ -194,7 +214,7 @@ class RotorSimConfig(ConfigModel):
     def live_parameters(self) -> LiveParameters:
         """Return the live parameters at time 0."""
         return LiveParameters(
-            crack_stiffness_ratio=self.parameters().crack_stiffness_ratio,
+            crack_stiffness_ratio=self.rotor.crack_stiffness_ratio,
             speed_target_rad_s=self.speed.initial_rad_s,
             **{name: getattr(self.sensors, name) for name in NoiseLevels.model_fields},
         )
@@ -208,7 +228,7 @@ class RotorSimConfig(ConfigModel):
             )
         LiveParameters(**(self.live_parameters().model_dump() | {parameter: value}))
         if parameter == 'crack_stiffness_ratio':
-            self._check_crack(value)
+            self.rotor.check_crack(value)
         if parameter != 'speed_target_rad_s':
             return Ramp(sample, value)
         limit = self.speed_limit_rad_s()
@@ -227,19 +247,8 @@ class RotorSimConfig(ConfigModel):
             schedule.add(Ramp(start, ramp.to_rad_s, rate_per_s=ramp.acceleration_rad_s2))
         return schedule
 
-    @pydantic.field_validator('rotor')
-    @classmethod
-    def _check_rotor(cls, rotor: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
-        fixed = {'variant', *VARIANTS['derived']} & rotor.keys()
-        if fixed:
-            raise RotorError(f'{min(fixed)} belongs to the variant; choose it by the key `variant`')
-        if 'variant' not in info.data:
-            return rotor
-        filled = RotorParameters.hou2016(info.data['variant'], **rotor)
-        return filled.model_dump(mode='json', exclude={'variant', *VARIANTS['derived']})
-
-    @pydantic.model_validator(mode='after')
-    def _check(self) -> Self:
+    def check(self) -> Self:
+        """Raise RotorError where values that are allowed by themselves contradict each other."""
         self._check_speed()
         self._check_crack_growth()
         if self.sensors.imu_rate_hz * 4 > self.rate_hz:
@@ -264,6 +273,8 @@ class RotorSimConfig(ConfigModel):
             with _at(f'changes[{i}]'):
                 self.live_ramp(change.sample, change.parameter, change.value)
         return self
+
+    _check = pydantic.model_validator(mode='after')(check)
 
     def _check_speed(self) -> None:
         speed, end, reached = self.speed, 0.0, self.speed.initial_rad_s
@@ -292,7 +303,4 @@ class RotorSimConfig(ConfigModel):
                 )
             end = growth.at_s + growth.over_s
             with _at(f'crack_growth[{i}].to'):
-                self._check_crack(growth.to)
-
-    def _check_crack(self, ratio: float) -> None:
-        RotorParameters.hou2016(self.variant, **(self.rotor | {'crack_stiffness_ratio': ratio}))
+                self.rotor.check_crack(growth.to)

@@ -36,29 +36,30 @@ BAD = [
     ({'rotor': 3}, 'rotor = 3 is not allowed'),
     (
         {'rotor': {'disk_mass': 3}},
-        "rotor: disk_mass is not a parameter of the rotor; did you mean 'disk_mass_kg'?",
+        "rotor.disk_mass is not a known key; did you mean 'disk_mass_kg'?",
     ),
     (
         {'rotor': {'disk_mass_kg': -3}},
-        'rotor: disk_mass_kg = -3 is out of range; allowed: 0.1 to 10000 kg',
+        'rotor.disk_mass_kg = -3 is out of range; allowed: 0.1 to 10000 kg',
     ),
     (
         {'rotor': {'disk_mass_kg': 'heavy'}},
-        "rotor: disk_mass_kg = 'heavy' is not allowed; it must be a valid number",
+        "rotor.disk_mass_kg = 'heavy' is not allowed; it must be a valid number",
     ),
     (
         {'rotor': {'clearance_m': math.nan}},
-        'rotor: clearance_m = nan is out of range; allowed: 0 to 0.0001 m',
+        'rotor.clearance_m = nan is out of range; allowed: 0 to 0.0001 m',
     ),
     (
         {'rotor': {'ball_count': 8.5}},
-        'rotor: ball_count = 8.5 is not allowed; it must be a valid integer',
+        'rotor.ball_count = 8.5 is not allowed; it must be a valid integer',
     ),
     (
         {'rotor': {'crack_stiffness_ratio': 0.6}},
-        'rotor: crack_stiffness_ratio = 0.6 is out of range; allowed: 0 to 0.5',
+        'rotor.crack_stiffness_ratio = 0.6 is out of range; allowed: 0 to 0.5',
     ),
-    ({'rotor': {'crack_half_angle_rad': 0}}, 'rotor: crack_half_angle_rad = 0 is out of range'),
+    ({'rotor': {'load_scale': 2.0, 'disk_mass': 3}}, 'rotor: load_scale belongs to the variant'),
+    ({'rotor': {'crack_half_angle_rad': 0}}, 'rotor.crack_half_angle_rad = 0 is out of range'),
     (
         {'rotor': {'load_scale': 2.0}},
         'rotor: load_scale belongs to the variant; choose it by the key `variant`',
@@ -213,13 +214,22 @@ def test_every_parameter_says_what_it_is() -> None:
             assert field.description, name
 
 
+def test_a_validated_rotor_is_taken_as_it_is() -> None:
+    rotor = RotorParameters.hou2016('figure', ball_count=9)
+    config = RotorSimConfig(variant='figure', rotor=rotor)
+    assert config.rotor is rotor
+    assert RotorSimConfig.from_json(config.model_dump_json()) == config
+    with pytest.raises(ConfigError, match="is of variant 'figure', but variant = "):
+        RotorSimConfig(rotor=rotor)
+
+
 def test_defaults_and_their_step() -> None:
     config = RotorSimConfig()
     assert config.rate_hz == 10_240
     # 512 steps a revolution at 352 rad/s are 28 684 a second: 3 x 10 240, which allow 376.99
     assert config.substeps() == 3
     assert config.speed_limit_rad_s() == pytest.approx(2 * math.pi * 30_720 / 512)
-    assert config.parameters() == RotorParameters.hou2016()
+    assert config.rotor == RotorParameters.hou2016()
     assert config.live_parameters().model_dump() == {
         'crack_stiffness_ratio': 0.1,
         'speed_target_rad_s': 352.0,

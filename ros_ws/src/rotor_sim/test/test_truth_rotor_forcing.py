@@ -69,7 +69,7 @@ def test_bearings_carry_the_weight_and_feel_the_force() -> None:
     simulator = RotorSimulator(config)
     plan = simulator.plan(4000, LoadGrid.from_points([[2.0 * GRAVITY_M_S2, 0.0]] * 42))
     (out,), _ = integrate([plan], 1)
-    p = config.parameters()
+    p = config.rotor
     weight = 2.0 * GRAVITY_M_S2 * (0.5 * p.disk_mass_kg + p.bearing_mass_kg)
     for column in (12, 14):  # against the load, which points along +y
         # the cage turns 7.7 times in 20 revolutions: its orders average out to a percent

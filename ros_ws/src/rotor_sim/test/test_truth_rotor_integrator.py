@@ -206,7 +206,7 @@ def test_stream_follows_varying_speed_load_and_crack() -> None:
             'crack_growth': [{'at_s': 0.0, 'to': 0.3, 'over_s': 0.03}],
         }
     )
-    p = config.parameters()
+    p = config.rotor
     points = GRAVITY_M_S2 * np.array([[1.0, 0.2], [2.5, -0.3], [0.5, 0.4], [1.0, 0.0]])
     grid = LoadGrid.from_points(points)
     simulator = RotorSimulator(config)

@@ -45,6 +45,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     'figure_chaos': _FIGURE | {'bearing_crack_mass_ratio': False, 'phase_convention': 'atan2_y_z'},
 }
 """Named readings of the equations as data; see docs/physics.md for what each reproduces."""
+OF_THE_VARIANT = {'variant', *_DERIVED}
+"""Fields of RotorParameters that the choice of a variant sets."""
 
 
 class RotorParameters(ConfigModel):
@@ -139,12 +141,7 @@ class RotorParameters(ConfigModel):
                 f'outer_radius_m = {self.outer_radius_m:g} m is not above inner_radius_m = '
                 f'{self.inner_radius_m:g} m; the balls need room between the races'
             )
-        if self.crack_scale * self.crack_stiffness_ratio >= 1.0:
-            raise RotorError(
-                f'crack_stiffness_ratio = {self.crack_stiffness_ratio:g} leaves the shaft of '
-                f'variant {self.variant!r} no stiffness when the crack opens; it must stay '
-                f'below {1.0 / self.crack_scale:g}'
-            )
+        self.check_crack(self.crack_stiffness_ratio)
         for name, value in VARIANTS.get(self.variant, {}).items():
             if getattr(self, name) != value:
                 raise RotorError(
@@ -152,6 +149,14 @@ class RotorParameters(ConfigModel):
                     f'{self.variant!r} ({value!r}); name the variant `custom` to mix readings'
                 )
         return self
+
+    def check_crack(self, ratio: float) -> None:
+        """Raise RotorError where an open crack K = `ratio` leaves the shaft no stiffness."""
+        if self.crack_scale * ratio >= 1.0:
+            raise RotorError(
+                f'crack_stiffness_ratio = {ratio:g} leaves the shaft of variant {self.variant!r} '
+                f'no stiffness when the crack opens; it must stay below {1.0 / self.crack_scale:g}'
+            )
 
     @classmethod
     def hou2016(cls, variant: str = 'derived', **changes: Any) -> Self:

@@ -3,7 +3,7 @@
 """Configuration of the sensors: everything is off by default, and 0 always means off."""
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import pydantic
 
@@ -30,7 +30,9 @@ class NoiseLevels(ConfigModel):
 
 
 class Channel(ConfigModel):
-    """What all channels of one kind share; [u] is the unit of their columns."""
+    """What all channels of one kind share; [u] is COLUMN_UNIT, the unit of their columns."""
+
+    COLUMN_UNIT: ClassVar[str]
 
     noise_density: float = quantity(
         0.0,
@@ -105,7 +107,9 @@ class ProbeErrors(FixedErrors):
 
 
 class Proximity(Channel):
-    """The six proximity probes; u = m."""
+    """The six proximity probes."""
+
+    COLUMN_UNIT = 'm'
 
     disk_y: ProbeErrors = pydantic.Field(default=ProbeErrors(), description='errors of the probe')
     disk_z: ProbeErrors = pydantic.Field(default=ProbeErrors(), description='errors of the probe')
@@ -116,7 +120,9 @@ class Proximity(Channel):
 
 
 class Accelerometers(Channel):
-    """The four accelerometers; u = m/s^2."""
+    """The four accelerometers."""
+
+    COLUMN_UNIT = 'm/s^2'
 
     brg1_ay: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
     brg1_az: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
@@ -125,13 +131,17 @@ class Accelerometers(Channel):
 
 
 class LoadSensor(Channel):
-    """The sensor of the apparent gravity; u = m/s^2."""
+    """The sensor of the apparent gravity."""
+
+    COLUMN_UNIT = 'm/s^2'
 
     load_y: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
 
 
 class Keyphasor(Channel):
-    """The key-phasor's probe; u = V."""
+    """The key-phasor's probe."""
+
+    COLUMN_UNIT = 'V'
 
     bias: float = quantity(0.0, unit='V', ge=-1e3, le=1e3, description='reading off the pulse')
     scale_error: float = quantity(

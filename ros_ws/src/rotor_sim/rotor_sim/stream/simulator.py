@@ -47,7 +47,7 @@ class RotorSimulator:
     def __init__(self, config: RotorSimConfig) -> None:
         """Lay out the run; raises RotorError or ConfigError for what cannot be."""
         self.config = config
-        self.parameters = config.parameters()
+        self.parameters = config.rotor
         self.substeps = config.substeps()
         self.next_sample = 0
         self._schedules = config.schedules()
