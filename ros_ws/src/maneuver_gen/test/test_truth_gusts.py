@@ -37,6 +37,7 @@ def test_the_power_in_every_band_is_that_of_the_spectrum() -> None:
         assert found == pytest.approx(wanted, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(5))
 def test_the_course_has_the_root_mean_square_that_was_asked_for(seed: int) -> None:
     data = {'profile': 'gusts', 'rms': 0.3, 'mean': 1.5, 'seed': seed}
