@@ -79,12 +79,17 @@ class Scenario(ConfigModel):
         default={}, description='what the monitor computes and when it warns'
     )
 
-    @pydantic.field_validator('monitor', mode='before')
+    @pydantic.field_validator('monitor', mode='wrap')
     @classmethod
-    def _know_the_rotor(cls, monitor: Any, info: pydantic.ValidationInfo) -> Any:
+    def _know_the_rotor(
+        cls,
+        monitor: Any,
+        validate: pydantic.ValidatorFunctionWrapHandler,
+        info: pydantic.ValidationInfo,
+    ) -> Any:
         """Return the monitor; what the file leaves open and the rotor tells is filled in."""
         if not isinstance(monitor, Mapping):
-            return monitor
+            return validate(monitor)
         rotor, crack = info.data.get('rotor'), monitor.get('crack', {})
         if rotor is not None and isinstance(crack, Mapping):
             crack = _crack_facts(rotor) | dict(crack)

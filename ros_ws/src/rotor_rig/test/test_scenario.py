@@ -3,6 +3,7 @@
 """A scenario as it is shown is the scenario; a recording that lies about its own is said so."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,13 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+import rotor_rig
+from maneuver_gen.maneuvers.constant import Constant
 from rotor_bench.dataset.suite_config import load_suite, shipped_suites
 from rotor_bringup.analysis import analyze_recording
 from rotor_bringup.cli import app
 from rotor_common.configuration import unit_of
-from rotor_common.errors import RigError
+from rotor_common.errors import ConfigError, RigError
 from rotor_common.plain_data import dump_yaml, parse_yaml
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE
@@ -23,9 +26,11 @@ from rotor_recording.recording import RecordingWriter
 from rotor_rig.errors import ScenarioError
 from rotor_rig.pipeline import record
 from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
-from rotor_sim.plant.parameters import VARIANTS, RotorParameters
+from rotor_sim.plant.parameters import OF_THE_VARIANT, RotorParameters
+from rotor_sim.rotor_config import RotorSimConfig
+from vibration_monitor.monitor_config import MonitorConfig
 
-PHYSICAL = [n for n in RotorParameters.model_fields if n not in {'variant', *VARIANTS['derived']}]
+PHYSICAL = [n for n in RotorParameters.model_fields if n not in OF_THE_VARIANT]
 
 
 def shown(source: str) -> str:
@@ -47,6 +52,18 @@ def assert_shown_is_loaded(source: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize('name', shipped_scenarios())
 def test_a_shipped_scenario_as_shown_is_the_same(name: str, tmp_path: Path) -> None:
     assert_shown_is_loaded(name, tmp_path)
+
+
+def test_values_are_shown_with_their_units_and_readings_of_the_variant_as_comments() -> None:
+    lines = load_scenario('hidden_crack').yaml().splitlines()
+    for line in (
+        '  # phase_convention: atan2_z_y, of the variant',
+        '  initial_rad_s: 440.0  # rad/s',
+        'duration_s: 60.0  # s',
+        '    range: 490.3325  # m/s^2',
+    ):
+        assert line in lines
+    assert not [line for line in lines if '# u' in line]
 
 
 def test_every_parameter_of_the_rotor_is_shown_with_its_unit(tmp_path: Path) -> None:
@@ -91,6 +108,51 @@ def test_a_stated_default_changes_nothing() -> None:
     plain = load_scenario('climb_dive').plain()
     bare = {**plain, 'rotor': {'crack_stiffness_ratio': plain['rotor']['crack_stiffness_ratio']}}
     assert Scenario.from_mapping(bare) == load_scenario('climb_dive')
+
+
+def test_each_part_is_validated_once_and_handed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, counts = load_scenario('climb_dive').plain(), Counter[str]()
+    for part, method in (
+        (RotorParameters, 'check_crack'),
+        (MonitorConfig, '_check_separation'),
+        (RotorSimConfig, '_check_speed'),
+    ):
+        monkeypatch.setattr(part, method, lambda self, *_: counts.update([type(self).__name__]))
+    scenario = Scenario.from_mapping(plain)
+    orders = len(scenario.monitor.orders)
+    assert counts == {'RotorParameters': 1, 'MonitorConfig': orders, 'RotorSimConfig': 1}
+    assert scenario.rotor_sim().rotor is scenario.rotor
+    assert scenario.rotor_sim().speed is scenario.speed
+    assert counts.total() == 2 + orders
+    assert not isinstance(scenario, RotorSimConfig)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'sentence'),
+    [
+        ({'rotor': {'clearance_m': 5.0}}, r'^rotor.clearance_m = 5.0 is out of range; .* 0.0001 m'),
+        ({'rotor': {'clearence_m': 0}}, "^rotor.clearence_m is not .* did you mean 'clearance_m'"),
+        ({'rotor': {'load_scale': 2.0}}, '^rotor: load_scale belongs to the variant'),
+        ({'rotor': {'ball_count': 2}, 'monitor': 3}, '^rotor.ball_count = 2 is out of range'),
+        ({'monitor': {'crack': {'memory_s': -1}}}, '^monitor.crack.memory_s = -1 is out of range'),
+        ({'monitor': {'orders': 1}}, '^monitor.orders = 1 is not allowed'),
+        ({'monitor': []}, '^monitor'),
+    ],
+)
+def test_an_error_names_the_key_of_the_part(changes: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ConfigError, match=sentence):
+        load_scenario('climb_dive', **changes)
+
+
+def test_a_scenario_of_parts_made_in_python() -> None:
+    rotor = RotorParameters.hou2016('natural', ball_count=9)
+    flight = Constant(load_factor=2.0)
+    scenario = rotor_rig.Scenario(name='a', variant='natural', rotor=rotor, maneuver=flight)
+    assert scenario.rotor is rotor
+    assert scenario.maneuver is flight
+    assert scenario.monitor.ball_count == 9
+    assert Scenario.from_mapping(scenario.plain()) == scenario
+    assert Scenario.from_mapping(parse_yaml(scenario.yaml())) == scenario
 
 
 def with_config(path: Path, text: str) -> Path:

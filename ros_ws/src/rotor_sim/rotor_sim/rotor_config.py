@@ -127,7 +127,7 @@ def _fill_in(rotor: Any, info: pydantic.ValidationInfo) -> Any:
     """Put the readings of the variant, a field beside the rotor, to the values that are given."""
     variant: str | None = info.data.get('variant')
     if isinstance(rotor, RotorParameters) and variant not in (None, rotor.variant):
-        raise RotorError(f'it is of variant {rotor.variant!r}, but variant = {variant!r}')
+        raise RotorError(f'it is of variant {rotor.variant!r}, not {variant!r}; name it as variant')
     if not isinstance(rotor, Mapping):
         return rotor
     if fixed := OF_THE_VARIANT & {*rotor}:
