@@ -240,14 +240,14 @@ class _Directed(Analysis):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OrbitDiagram(_Directed):
+class OrbitDiagramCommand(_Directed):
     """Draw the orbit (bifurcation) diagram: Y and Z once a revolution over a parameter."""
 
     name: ClassVar[str] = 'orbit-diagram'
 
 
 @dataclass(frozen=True, kw_only=True)
-class Waterfall(_Directed):
+class WaterfallCommand(_Directed):
     """Draw the amplitude spectra of Y and Z over a parameter."""
 
     name: ClassVar[str] = 'waterfall'
@@ -269,7 +269,7 @@ class _PointOrSweep(Analysis):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lyapunov(_PointOrSweep):
+class LyapunovCommand(_PointOrSweep):
     """Compute the largest Lyapunov exponent per unit tau, at one point or over a parameter."""
 
     name: ClassVar[str] = 'lyapunov'
@@ -306,7 +306,7 @@ class Lyapunov(_PointOrSweep):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Poincare(_PointOrSweep):
+class PoincareCommand(_PointOrSweep):
     """Draw one motion (orbit, phase portrait, section, spectrum), or sections over a parameter."""
 
     name: ClassVar[str] = 'poincare'
@@ -338,7 +338,7 @@ class Poincare(_PointOrSweep):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Map(Analysis):
+class MapCommand(Analysis):
     """Draw the largest exponent and the super-harmonics of Z over two parameters."""
 
     name: ClassVar[str] = 'map'
