@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rotor_common.configuration import unit_of
 from rotor_dynamics.cache import ResultCache
@@ -143,7 +143,9 @@ def orbit_diagram(
     What the point says of the swept parameter does not count; the result keeps the order of the
     values. Raises AnalysisError or ConfigError for what cannot be computed.
     """
-    found = _directed(point, sweep, plan, initial_state, executor, cache)
+    found = _directed(
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
+    )
     names = ('y', 'z', 'label', 'reason', 'converged', 'steps_per_revolution')
     return survey_dataset(found, names, [sweep.axis], direction=sweep.direction)
 
@@ -165,7 +167,9 @@ def waterfall(
     """
     if not plan.highest_order:
         plan = dataclasses.replace(plan, highest_order=BAND)
-    found = _directed(point, sweep, plan, initial_state, executor, cache)
+    found = _directed(
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
+    )
     names = ('amplitude_y', 'amplitude_z', 'converged')
     about = {'direction': sweep.direction, 'window': 'hann', 'scaling': 'zero-to-peak'}
     result = survey_dataset(found, names, [sweep.axis], **about)
@@ -195,7 +199,9 @@ def lyapunov_diagram(
         )
     if not plan.exponent_revolutions:
         plan = dataclasses.replace(plan, exponent_revolutions=500)
-    found = _directed(point, sweep, plan, initial_state, executor, cache)
+    found = _directed(
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
+    )
     names = ('exponent', 'standard_error', 'exponent_difference', 'converged', 'label', 'reason')
     return survey_dataset(found, names, [sweep.axis])
 
@@ -204,6 +210,7 @@ def _directed(
     point: OperatingPoint,
     sweep: Sweep,
     plan: Plan,
+    *,
     initial_state: ArrayLike | None,
     executor: concurrent.futures.Executor | None,
     cache: ResultCache | None,

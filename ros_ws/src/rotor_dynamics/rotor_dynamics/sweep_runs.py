@@ -252,8 +252,8 @@ def run_section(question: Question) -> Outcome:
         found |= {'converged': said['converged'], 'difference': said['difference']}
     if plan.check_steps and np.isfinite(said['difference']):
         sentences.append(
-            f'{"converged" if said["converged"] else "NOT converged"}: twice the steps change means '
-            f'and amplitudes by {said["difference"]:.2g} of the largest'
+            f'{"converged" if said["converged"] else "NOT converged"}: twice the steps change '
+            f'means and amplitudes by {said["difference"]:.2g} of the largest'
         )
     asked = question.asked('poincare')
     return Outcome(

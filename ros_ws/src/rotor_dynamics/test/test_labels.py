@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rotor_dynamics import (
+    OperatingPoint,
+    Sweep,
     lyapunov_diagram,
     lyapunov_exponent,
     orbit_diagram,
