@@ -32,7 +32,14 @@ from equations import (
 )
 
 from rotor_common.constants import GRAVITY_M_S2
-from rotor_dynamics import Ensemble, OperatingPoint, lyapunov_exponent, orbit_diagram
+from rotor_dynamics import (
+    Ensemble,
+    OperatingPoint,
+    Plan,
+    Sweep,
+    lyapunov_exponent,
+    orbit_diagram,
+)
 from rotor_sim.plant.model import ball_angles
 from rotor_sim.plant.parameters import RotorParameters
 
@@ -76,14 +83,9 @@ def rig_exponent(crack: Array, first: int, count: int, tolerance: float) -> Expo
 def diagram_orbit(crack: Array, first: int, count: int, tolerance: float) -> Orbit:
     def run() -> Array:
         diagram = orbit_diagram(
-            ROTOR,
-            over='K',
-            values=crack,
-            speed_rad_s=SPEED_RAD_S,
-            load_factor=LOAD_FACTOR,
-            transient_revolutions=first,
-            revolutions=count,
-            steps_per_revolution=round(1.0 / tolerance),
+            OperatingPoint(ROTOR, SPEED_RAD_S, LOAD_FACTOR),
+            Sweep('K', crack),
+            Plan(first, count, round(1.0 / tolerance)),
         )
         return np.stack([diagram.y, diagram.z], axis=-1) / ROTOR.length_scale_m
 

@@ -30,14 +30,17 @@ setup(
     ],
     install_requires=[
         'maneuver_gen==0.1.0',
+        'numpy>=2.1',
         'pydantic>=2.9',
         'rich>=13.9',
         'rotor_common==0.1.0',
+        'rotor_dynamics==0.1.0',
         'rotor_interfaces==0.1.0',
         'rotor_recording==0.1.0',
         'rotor_sim==0.1.0',
         'typer>=0.15',
         'vibration_monitor==0.1.0',
+        'xarray>=2024.9',
     ],
     entry_points={
         'rotor_rig.commands': [

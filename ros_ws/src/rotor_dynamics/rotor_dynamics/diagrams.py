@@ -2,23 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Orbit diagrams, spectrum waterfalls, exponents and Poincare sections of the cracked rotor.
 
-Every function takes a rotor and keyword arguments in SI; `speed_rad_s` and `load_factor` may be
-left out where the sweep runs over them. Sweeps take `over`, a parameter's name (see `sweep`), and
-its `values`. Results are in frame `rotor` and SI; `length_scale_m` makes them dimensionless.
+A study is asked with few objects: an OperatingPoint (rotor, speed, load), a Sweep (what varies) and
+a Plan (how long, how fine). Diagrams are an `xarray.Dataset` whose first dimension is the swept
+parameter, in frame `rotor` and SI, with units in the attrs; `length_scale_m` makes them
+dimensionless.
 """
 
 import concurrent.futures
+import dataclasses
 import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rotor_common.configuration import unit_of
 from rotor_dynamics.cache import ResultCache
 from rotor_dynamics.continuations import follow
+from rotor_dynamics.datasets import (
+    ABOUT_A_MOTION,
+    on_grid,
+    section_dataset,
+    survey_dataset,
+)
 from rotor_dynamics.ensemble import (
     Array,
     Ensemble,
@@ -46,6 +55,9 @@ from rotor_dynamics.surveys import (
 )
 from rotor_sim.plant.parameters import RotorParameters
 
+if TYPE_CHECKING:
+    import xarray
+
 Direction = Literal['fixed', 'up', 'down']
 Method = Literal['tangent', 'two_trajectories']
 
@@ -57,90 +69,6 @@ MOST_POINTS = 250_000
 """Points of a map; the points alone take 0.5 GB."""
 BAND = 8.0
 """Orders of a waterfall unless asked otherwise."""
-
-
-@dataclass(frozen=True)
-class OrbitDiagram:
-    """Stroboscopic displacements of the disk over a parameter.
-
-    `values` (n,) of `over` in `unit`; `y`, `z` (n, revolutions) in m at tau = 2 pi j;
-    `length_scale_m` (n,); `label` (n,) of the motion and `reason` (n,) why it is undecided or
-    diverged; `converged` (n,): the same with half the step (never for a continuation, which is
-    not repeated); `direction`: 'fixed', the same start at every value, or continuation 'up' or
-    'down' the values, each from where the last ended.
-    """
-
-    over: str
-    unit: str
-    values: Array
-    y: Array
-    z: Array
-    length_scale_m: Array
-    label: NDArray[np.str_]
-    reason: NDArray[np.str_]
-    converged: NDArray[np.bool_]
-    steps_per_revolution: NDArray[np.int64]
-    direction: Direction
-
-
-@dataclass(frozen=True)
-class Waterfall:
-    """Amplitude spectra over a parameter: `amplitude_y`, `amplitude_z` (n, b) in m.
-
-    `orders` (b,) and `frequency_rad_s` (n, b), the order times the speed; one-sided, zero-to-peak
-    amplitudes after a Hann window, mean removed.
-    """
-
-    over: str
-    unit: str
-    values: Array
-    orders: Array
-    frequency_rad_s: Array
-    amplitude_y: NDArray[np.float32]
-    amplitude_z: NDArray[np.float32]
-    length_scale_m: Array
-    converged: NDArray[np.bool_]
-    direction: Direction = 'fixed'
-    window: str = 'hann'
-    scaling: str = 'zero-to-peak'
-
-
-@dataclass(frozen=True)
-class LyapunovDiagram:
-    """Largest exponents (n,) per unit tau over a parameter, standard errors, motion's labels.
-
-    `reason` (n,) says why a motion is undecided or diverged.
-    """
-
-    over: str
-    unit: str
-    values: Array
-    exponent: Array
-    standard_error: Array
-    exponent_difference: Array
-    converged: NDArray[np.bool_]
-    label: NDArray[np.str_]
-    reason: NDArray[np.str_]
-
-
-@dataclass(frozen=True)
-class ParameterMap:
-    """Results over two parameters, (n, m): rows over the first, columns over the second.
-
-    `exponent` and `standard_error` per unit tau, `label` of the motion; `order_amplitude_y` and
-    `order_amplitude_z` (n, m, 6) in m at HARMONICS and the ball-pass order; `converged`.
-    """
-
-    over: tuple[str, str]
-    units: tuple[str, str]
-    values: tuple[Array, Array]
-    exponent: Array
-    standard_error: Array
-    label: NDArray[np.str_]
-    order_amplitude_y: Array
-    order_amplitude_z: Array
-    length_scale_m: Array
-    converged: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -163,89 +91,135 @@ class LyapunovExponent:
 
 
 @dataclass(frozen=True)
-class PoincareSection:
-    """A motion's section at tau = 2 pi j (revolutions,) and orbit (revolutions, 64), m and m/s.
+class Sweep:
+    """What varies: `over`, a name in `ALIASES` or of a rotor's parameter, its `values` in SI.
 
-    `label`, `reason`, `diverged_at`, `difference` and `converged` as in a Survey; `evidence`: see
-    `motion`.
+    `direction` 'fixed' gives every value the same start; 'up' and 'down' go through the values in
+    ascending or descending order, each point starting where the one before ended.
     """
 
-    y: Array
-    z: Array
-    velocity_y: Array
-    velocity_z: Array
-    orbit_y: Array
-    orbit_z: Array
-    orbit_velocity_y: Array
-    orbit_velocity_z: Array
-    length_scale_m: float
-    label: str
-    reason: str
-    diverged_at: float
-    evidence: dict[str, Any]
-    difference: float
-    converged: bool
+    over: str
+    values: ArrayLike
+    direction: Direction = 'fixed'
+
+    @property
+    def name(self) -> str:
+        """The full name of the parameter."""
+        return ALIASES.get(self.over, self.over)
+
+    @property
+    def axis(self) -> tuple[str, Array, dict[str, str]]:
+        """The parameter as a coordinate: dimension, values (n,), unit and name."""
+        units = {'speed_rad_s': 'rad/s', 'load_factor': '1'}
+        unit = units.get(self.name) or unit_of(RotorParameters.model_fields[self.name]) or '1'
+        about = {'units': unit, 'long_name': self.name}
+        return self.name, np.asarray(self.values, np.float64).ravel(), about
+
+    def points(self, point: OperatingPoint) -> tuple[OperatingPoint, ...]:
+        """Return the point at each of the values; AnalysisError for what cannot be."""
+        return sweep(
+            point.parameters,
+            self.over,
+            self.values,
+            speed_rad_s=point.speed_rad_s,
+            load_factor=point.load_factor,
+        )
 
 
 def orbit_diagram(
-    parameters: RotorParameters,
+    point: OperatingPoint,
+    sweep: Sweep,
+    plan: Plan = Plan(),  # noqa: B008 - frozen
     *,
-    over: str,
-    values: ArrayLike,
-    speed_rad_s: float | None = None,
-    load_factor: float | None = None,
-    transient_revolutions: int = 1000,
-    revolutions: int = 300,
-    steps_per_revolution: int = 256,
     initial_state: ArrayLike | None = None,
-    direction: Direction = 'fixed',
     executor: concurrent.futures.Executor | None = None,
     cache: ResultCache | None = None,
-) -> OrbitDiagram:
+) -> 'xarray.Dataset':
     """Return the orbit (bifurcation) diagram: the section at each value of a parameter.
 
-    `direction` 'up' and 'down' go through the values in ascending or descending order, each
-    point starting where the one before ended; the result keeps the order of `values`.
-    Raises AnalysisError or ConfigError for what cannot be computed.
+    `y`, `z` (n, revolutions) in m at tau = 2 pi j, `length_scale_m` (n,), `label` (n,) of the
+    motion, `reason` (n,) why it is undecided or diverged, `converged` (n,): the same with half the
+    step (never for a continuation, which is not repeated), `steps_per_revolution` (n,).
+    What the point says of the swept parameter does not count; the result keeps the order of the
+    values. Raises AnalysisError or ConfigError for what cannot be computed.
     """
-    plan = Plan(transient_revolutions, revolutions, steps_per_revolution)
-    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
     found = _directed(
-        points,
-        plan,
-        initial_state,
-        values=values,
-        direction=direction,
-        executor=executor,
-        cache=cache,
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
     )
-    return OrbitDiagram(
-        *_axis(over, values),
-        found.y,
-        found.z,
-        found.length_scale_m,
-        found.label,
-        found.reason,
-        found.converged,
-        found.steps_per_revolution,
-        direction,
+    names = ('y', 'z', 'label', 'reason', 'converged', 'steps_per_revolution')
+    return survey_dataset(found, names, [sweep.axis], direction=sweep.direction)
+
+
+def waterfall(
+    point: OperatingPoint,
+    sweep: Sweep,
+    plan: Plan = Plan(highest_order=BAND),  # noqa: B008 - frozen
+    *,
+    initial_state: ArrayLike | None = None,
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+) -> 'xarray.Dataset':
+    """Return the amplitude spectra of the disk's displacement at each value of a parameter.
+
+    `amplitude_y`, `amplitude_z` (n, order) in m: one-sided, zero-to-peak, Hann window, mean
+    removed; `frequency_rad_s` (n, order), the order times the speed; `length_scale_m`, `converged`.
+    A plan without spectra gets those up to order BAND; see `orbit_diagram` for the rest.
+    """
+    if not plan.highest_order:
+        plan = dataclasses.replace(plan, highest_order=BAND)
+    found = _directed(
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
     )
+    names = ('amplitude_y', 'amplitude_z', 'converged')
+    about = {'direction': sweep.direction, 'window': 'hann', 'scaling': 'zero-to-peak'}
+    result = survey_dataset(found, names, [sweep.axis], **about)
+    speeds = np.array([point.speed_rad_s for point in found.points])
+    frequency = (sweep.name, 'order'), np.outer(speeds, found.orders)
+    about = {'units': 'rad/s', 'long_name': 'order times speed'}
+    return result.assign(frequency_rad_s=(*frequency, about))
+
+
+def lyapunov_diagram(
+    point: OperatingPoint,
+    sweep: Sweep,
+    plan: Plan = Plan(exponent_revolutions=500),  # noqa: B008 - frozen
+    *,
+    initial_state: ArrayLike | None = None,
+    executor: concurrent.futures.Executor | None = None,
+    cache: ResultCache | None = None,
+) -> 'xarray.Dataset':
+    """Return the largest Lyapunov exponent at each value of a parameter, from tangents.
+
+    `exponent`, `standard_error`, `exponent_difference` (n,) per unit tau, `converged`, `label`,
+    `reason` (n,). A plan without exponents gets them over 500 revolutions.
+    """
+    if sweep.direction != 'fixed':
+        raise AnalysisError(
+            f"direction = {sweep.direction!r} has no meaning for exponents; leave it 'fixed'"
+        )
+    if not plan.exponent_revolutions:
+        plan = dataclasses.replace(plan, exponent_revolutions=500)
+    found = _directed(
+        point, sweep, plan, initial_state=initial_state, executor=executor, cache=cache
+    )
+    names = ('exponent', 'standard_error', 'exponent_difference', 'converged', 'label', 'reason')
+    return survey_dataset(found, names, [sweep.axis])
 
 
 def _directed(
-    points: Sequence[OperatingPoint],
+    point: OperatingPoint,
+    sweep: Sweep,
     plan: Plan,
-    initial_state: ArrayLike | None,
     *,
-    values: ArrayLike,
-    direction: Direction,
+    initial_state: ArrayLike | None,
     executor: concurrent.futures.Executor | None,
     cache: ResultCache | None,
 ) -> Survey:
     """Survey points from one start, or one after the other up or down the values."""
-    if direction == 'fixed':
+    points = sweep.points(point)
+    if sweep.direction == 'fixed':
         return survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
-    return continuation([(points, direction)], values, plan, initial_state)[0]
+    return continuation([(points, sweep.direction)], sweep.values, plan, initial_state)[0]
 
 
 def continuation(
@@ -275,125 +249,31 @@ def continuation(
     return [found[np.argsort(order)] for found, order in zip(followed, orders, strict=True)]
 
 
-def waterfall(
-    parameters: RotorParameters,
-    *,
-    over: str,
-    values: ArrayLike,
-    speed_rad_s: float | None = None,
-    load_factor: float | None = None,
-    transient_revolutions: int = 1000,
-    revolutions: int = 300,
-    steps_per_revolution: int = 256,
-    initial_state: ArrayLike | None = None,
-    highest_order: float = BAND,
-    direction: Direction = 'fixed',
-    executor: concurrent.futures.Executor | None = None,
-    cache: ResultCache | None = None,
-) -> Waterfall:
-    """Return the amplitude spectra of the disk's displacement at each value of a parameter.
-
-    `direction` as in `orbit_diagram`; `highest_order` at most 32.
-    """
-    plan = Plan(
-        transient_revolutions, revolutions, steps_per_revolution, highest_order=highest_order
-    )
-    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
-    found = _directed(
-        points,
-        plan,
-        initial_state,
-        values=values,
-        direction=direction,
-        executor=executor,
-        cache=cache,
-    )
-    speeds = np.array([point.speed_rad_s for point in points])
-    return Waterfall(
-        *_axis(over, values),
-        found.orders,
-        np.outer(speeds, found.orders),
-        found.amplitude_y,
-        found.amplitude_z,
-        found.length_scale_m,
-        found.converged,
-        direction,
-    )
-
-
-def lyapunov_diagram(
-    parameters: RotorParameters,
-    *,
-    over: str,
-    values: ArrayLike,
-    speed_rad_s: float | None = None,
-    load_factor: float | None = None,
-    transient_revolutions: int = 1000,
-    revolutions: int = 500,
-    steps_per_revolution: int = 256,
-    initial_state: ArrayLike | None = None,
-    executor: concurrent.futures.Executor | None = None,
-    cache: ResultCache | None = None,
-) -> LyapunovDiagram:
-    """Return the largest Lyapunov exponent at each value of a parameter, from tangents."""
-    plan = Plan(
-        transient_revolutions,
-        steps_per_revolution=steps_per_revolution,
-        exponent_revolutions=revolutions,
-    )
-    points = sweep(parameters, over, values, speed_rad_s=speed_rad_s, load_factor=load_factor)
-    found = survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
-    return LyapunovDiagram(
-        *_axis(over, values),
-        found.exponent,
-        found.standard_error,
-        found.exponent_difference,
-        found.converged,
-        found.label,
-        found.reason,
-    )
-
-
 def parameter_map(
-    parameters: RotorParameters,
-    *,
-    over: tuple[str, str],
-    values: tuple[ArrayLike, ArrayLike],
+    point: OperatingPoint,
+    sweeps: tuple[Sweep, Sweep],
     plan: Plan,
-    speed_rad_s: float | None = None,
-    load_factor: float | None = None,
+    *,
     initial_state: ArrayLike | None = None,
     executor: concurrent.futures.Executor | None = None,
     cache: ResultCache | None = None,
     on_progress: Progress | None = None,
-) -> ParameterMap:
-    """Return exponents, labels and amplitudes over a grid of two parameters.
+) -> 'xarray.Dataset':
+    """Return exponents, labels and amplitudes over a grid (n, m) of two parameters.
 
-    Worked off in strips of STRIP points, of which only the numbers of ParameterMap are kept:
-    the memory it takes does not grow with the sections and spectra of the grid.
+    `exponent`, `standard_error`, `label`, `converged`, `length_scale_m` (n, m) and
+    `order_amplitude_y`, `order_amplitude_z` (n, m, 6) in m, at HARMONICS and the ball-pass order.
+    Worked off in strips of STRIP points, of which only these numbers are kept: the memory it takes
+    does not grow with the sections and spectra of the grid.
     """
-    names = [ALIASES.get(name, name) for name in over]
-    if names[0] == names[1]:
-        raise AnalysisError(f'a map over {names[0]} and itself is a line; name two parameters')
-    # each sweep needs the numbers that the other one gives
-    given = {'speed_rad_s': speed_rad_s, 'load_factor': load_factor}
-    spare = given | {name: 1.0 for name in names if name in given}
-    points = [
-        point
-        for row in sweep(parameters, over[0], values[0], **spare)
-        for point in sweep(
-            row.parameters,
-            over[1],
-            values[1],
-            speed_rad_s=row.speed_rad_s,
-            load_factor=row.load_factor,
-        )
-    ]
+    first, second = sweeps
+    if first.name == second.name:
+        raise AnalysisError(f'a map over {first.name} and itself is a line; name two parameters')
+    points = [each for row in first.points(point) for each in second.points(row)]
     if len(points) > MOST_POINTS:
         raise AnalysisError(
             f'a map of {len(points)} points is too large; allowed: {MOST_POINTS}, 500 x 500'
         )
-    first, second = (_axis(name, wanted) for name, wanted in zip(over, values, strict=True))
     parts = []
     for begin in range(0, len(points), STRIP):
 
@@ -409,17 +289,8 @@ def parameter_map(
             cache=cache,
             on_progress=report,
         )
-        parts.append([getattr(found, name) for name in _MAPPED])
-    shape = (len(first[2]), len(second[2]))
-    joined = {
-        name: np.concatenate([part[index] for part in parts]) for index, name in enumerate(_MAPPED)
-    }
-    return ParameterMap(
-        (first[0], second[0]),
-        (first[1], second[1]),
-        (first[2], second[2]),
-        **{name: array.reshape(*shape, *array.shape[1:]) for name, array in joined.items()},
-    )
+        parts.append(survey_dataset(found, _MAPPED, []))
+    return on_grid(parts, [first.axis, second.axis])
 
 
 _MAPPED = (
@@ -428,7 +299,6 @@ _MAPPED = (
     'label',
     'order_amplitude_y',
     'order_amplitude_z',
-    'length_scale_m',
     'converged',
 )
 
@@ -530,68 +400,33 @@ def _two_trajectories(
 
 
 def poincare_section(
-    parameters: RotorParameters,
+    point: OperatingPoint,
+    plan: Plan = Plan(exponent_revolutions=500),  # noqa: B008 - frozen
     *,
-    speed_rad_s: float,
-    load_factor: float,
-    transient_revolutions: int = 1000,
-    revolutions: int = 300,
-    steps_per_revolution: int = 256,
-    exponent_revolutions: int = 500,
-    check_steps: bool = True,
     initial_state: ArrayLike | None = None,
-) -> PoincareSection:
+) -> 'xarray.Dataset':
     """Return the section at tau = 2 pi j, the orbit between, and the motion's label.
 
+    `y`, `z`, `velocity_y`, `velocity_z` (revolution,) and `orbit_y`, ... (revolution, 64), m and
+    m/s; `label`, `reason`, `diverged_at`, `difference`, `converged` as in a Survey, without a
+    dimension; the evidence of the label (see `motion`) by names that begin with `evidence_`.
     The label rests on the section, on the exponent over the next `exponent_revolutions` and, with
     `check_steps`, on both at 2N steps. Without an exponent (0) no motion is called chaotic.
     """
-    plan = Plan(
-        transient_revolutions,
-        revolutions,
-        steps_per_revolution,
-        exponent_revolutions,
-        check_steps=check_steps,
-    )
-    point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
     check_breathing(point)
     start = checked_start(initial_state)
-    ensemble = Ensemble([point], steps_needed(point, steps_per_revolution), start)
-    ensemble.advance(transient_revolutions)
-    record = ensemble.advance(revolutions, SAMPLES)
+    ensemble = Ensemble([point], steps_needed(point, plan.steps_per_revolution), start)
+    ensemble.advance(plan.transient_revolutions)
+    record = ensemble.advance(plan.revolutions, SAMPLES)
     measured = run_chunk([point], plan, start)
     found = label_motions(measured)
     if found['label'][0] == 'diverged':
         record[:] = np.nan
     evidence = judge(measured).evidence
-    orbit = record[0].reshape(revolutions, SAMPLES, 4)
-    section = orbit[:, 0]
-    y, z, velocity_y, velocity_z = section.T
-    orbit_y, orbit_z, orbit_velocity_y, orbit_velocity_z = orbit.transpose(2, 0, 1)
-    return PoincareSection(
-        y,
-        z,
-        velocity_y,
-        velocity_z,
-        orbit_y,
-        orbit_z,
-        orbit_velocity_y,
-        orbit_velocity_z,
-        length_scale_m=parameters.length_scale_m,
-        label=str(found['label'][0]),
-        reason=str(found['reason'][0]),
-        diverged_at=float(measured['diverged_at'][0]),
-        evidence={name: value[0].item() for name, value in evidence.items()},
-        difference=float(measured['difference'][0]),
-        converged=bool(measured['converged'][0]),
+    orbit = record[0].reshape(plan.revolutions, SAMPLES, 4).transpose(2, 0, 1)
+    return section_dataset(
+        dict(zip(('y', 'z', 'velocity_y', 'velocity_z'), orbit, strict=True)),
+        {name: (measured | found)[name][0] for name in ABOUT_A_MOTION},
+        {name: value[0].item() for name, value in evidence.items()},
+        point,
     )
-
-
-def _axis(over: str, values: ArrayLike) -> tuple[str, str, Array]:
-    """Return the parameter's full name, its unit and the values."""
-    name = ALIASES.get(over, over)
-    units = {'speed_rad_s': 'rad/s', 'load_factor': '1'}
-    if name not in units:
-        extra = RotorParameters.model_fields[name].json_schema_extra
-        units[name] = str(extra.get('unit', '1')) if isinstance(extra, dict) else '1'
-    return name, units[name], np.asarray(values, np.float64).ravel()

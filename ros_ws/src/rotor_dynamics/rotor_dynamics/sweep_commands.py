@@ -240,7 +240,7 @@ class _Directed(Analysis):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OrbitDiagram(_Directed):
+class OrbitDiagramCommand(_Directed):
     """Draw the orbit (bifurcation) diagram: Y and Z once a revolution over a parameter.
 
     Example: rotor-rig orbit-diagram --over K 0 0.3 200 --out diagram.png
@@ -250,7 +250,7 @@ class OrbitDiagram(_Directed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Waterfall(_Directed):
+class WaterfallCommand(_Directed):
     """Draw the amplitude spectra of Y and Z over a parameter.
 
     Example: rotor-rig waterfall --over speed 200 800 60
@@ -275,7 +275,7 @@ class _PointOrSweep(Analysis):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lyapunov(_PointOrSweep):
+class LyapunovCommand(_PointOrSweep):
     """Compute the largest Lyapunov exponent per unit tau, at one point or over a parameter.
 
     Example: rotor-rig lyapunov --speed 542 --load 3
@@ -315,7 +315,7 @@ class Lyapunov(_PointOrSweep):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Poincare(_PointOrSweep):
+class PoincareCommand(_PointOrSweep):
     """Draw one motion (orbit, phase portrait, section, spectrum), or sections over a parameter.
 
     Example: rotor-rig poincare --speed 352 --set K=0.1 --out motion.png
@@ -350,7 +350,7 @@ class Poincare(_PointOrSweep):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Map(Analysis):
+class MapCommand(Analysis):
     """Draw the largest exponent and the super-harmonics of Z over two parameters.
 
     Example: rotor-rig map --over speed 300 600 20 --against K 0 0.2 10

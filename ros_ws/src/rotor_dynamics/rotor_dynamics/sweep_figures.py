@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,10 +14,13 @@ from scipy.interpolate import CubicHermiteSpline
 
 from rotor_common.configuration import unit_of
 from rotor_common.tapers import hann
-from rotor_dynamics import LyapunovExponent, ParameterMap, PoincareSection, plots
+from rotor_dynamics import LyapunovExponent, plots
 from rotor_dynamics.plots import AXES, variant_text
 from rotor_dynamics.surveys import HARMONICS
 from rotor_sim.plant.parameters import RotorParameters
+
+if TYPE_CHECKING:
+    import xarray
 
 Rows = Mapping[str, NDArray[Any]]
 """Arrays of a survey by name, and `values` of the parameter."""
@@ -169,18 +172,18 @@ def lyapunov_exponent(
 
 
 def poincare_section(
-    result: PoincareSection, label: str, asked: dict[str, Any], converged: bool | None
+    result: 'xarray.Dataset', label: str, asked: dict[str, Any], converged: bool | None
 ) -> Figure:
     """Return orbit, phase portrait, section and spectrum of one motion."""
     figure = canvas(heading(f'{label} motion', asked, converged), 9.0, 8.0)
     orbit, portrait, section, spectrum = figure.subplots(2, 2).ravel()
-    length_scale_m = result.length_scale_m
+    length_scale_m = result.length_scale_m.item()
     y, z, velocity = _path(result, asked['speed_rad_s'])
     plots.draw_orbit(orbit, z, y)
     plots.draw_orbit(portrait, z, velocity)
-    plots.draw_section(section, result.z / length_scale_m, result.y / length_scale_m)
+    plots.draw_section(section, result.z.values / length_scale_m, result.y.values / length_scale_m)
     plots.draw_spectrum(
-        spectrum, *spectrum_of(result.orbit_z / length_scale_m), highest=HIGHEST_ORDER
+        spectrum, *spectrum_of(result.orbit_z.values / length_scale_m), highest=HIGHEST_ORDER
     )
     for axes, title, across, up in (
         (orbit, 'orbit', _length('z'), _length('y')),
@@ -200,23 +203,27 @@ HIGHEST_ORDER = 6.0
 SHOWN_REVOLUTIONS = 40
 """Of a motion's path; more fill the picture."""
 
+_ORBIT = ('y', 'z', 'velocity_y', 'velocity_z')
+
 
 def _path(
-    result: PoincareSection, speed_rad_s: float
+    result: 'xarray.Dataset', speed_rad_s: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return Y, Z and Z' of the last revolutions, made smooth between the samples."""
     samples = result.orbit_y.shape[1]
     last = slice(-SHOWN_REVOLUTIONS * samples, None)
-    place = np.stack([result.orbit_y.ravel()[last], result.orbit_z.ravel()[last]], axis=1)
-    speed = np.stack([result.orbit_velocity_y.ravel(), result.orbit_velocity_z.ravel()], axis=1)
+    orbit = {name: result[f'orbit_{name}'].values.ravel()[last] for name in _ORBIT}
+    place = np.stack([orbit['y'], orbit['z']], axis=1)
+    speed = np.stack([orbit['velocity_y'], orbit['velocity_z']], axis=1)
     tau = np.arange(len(place)) * (2.0 * np.pi / samples)
     if not np.isfinite(place).all():
         nothing = np.full(len(place), np.nan)
         return nothing, nothing, nothing
-    path = CubicHermiteSpline(tau, place, speed[last] / speed_rad_s)
+    path = CubicHermiteSpline(tau, place, speed / speed_rad_s)
     fine = np.linspace(tau[0], tau[-1], 4 * len(tau))
-    shown = path(fine) / result.length_scale_m
-    return shown[:, 0], shown[:, 1], path(fine, 1)[:, 1] / result.length_scale_m
+    scale = result.length_scale_m.item()
+    shown = path(fine) / scale
+    return shown[:, 0], shown[:, 1], path(fine, 1)[:, 1] / scale
 
 
 def spectrum_of(turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -254,22 +261,24 @@ def sections(rows: Rows, asked: dict[str, Any]) -> Figure:
     return figure
 
 
-def parameter_map(result: ParameterMap, asked: dict[str, Any]) -> Figure:
+def parameter_map(result: 'xarray.Dataset', asked: dict[str, Any]) -> Figure:
     """Return the exponent and the largest super-harmonic of Z over two parameters.
 
     Dots mark what does not converge at 2N; white is what diverged.
     """
     figure = canvas(heading('Map', asked), 12.0, 5.0)
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    (across, x_factor), (up, y_factor) = (axis_of(name) for name in result.over)
-    x, y = result.values[0] * x_factor, result.values[1] * y_factor
-    higher = result.order_amplitude_z[..., 1 : len(HARMONICS)].max(axis=-1) / result.length_scale_m
-    finite = result.exponent[np.isfinite(result.exponent)]
+    over = [str(name) for name in result.label.dims]
+    (across, x_factor), (up, y_factor) = (axis_of(name) for name in over)
+    x, y = result[over[0]].values * x_factor, result[over[1]].values * y_factor
+    exponent, scale = result.exponent.values, result.length_scale_m.values
+    higher = result.order_amplitude_z.values[..., 1 : len(HARMONICS)].max(axis=-1) / scale
+    finite = exponent[np.isfinite(exponent)]
     limit = float(np.abs(finite).max()) if finite.size else 1.0
     for axes, values, label, colours in (
         (
             panels[0],
-            result.exponent,
+            exponent,
             EXPONENT_LABEL,
             {'cmap': 'RdBu_r', 'vmin': -limit, 'vmax': limit},
         ),
@@ -283,7 +292,7 @@ def parameter_map(result: ParameterMap, asked: dict[str, Any]) -> Figure:
         mesh = axes.pcolormesh(x, y, values.T, shading='nearest', rasterized=True, **colours)
         figure.colorbar(mesh, ax=axes, label=label)
         if asked['check_steps']:
-            row, column = np.nonzero(~result.converged & (result.label != 'diverged'))
+            row, column = np.nonzero((~result.converged & (result.label != 'diverged')).values)
             axes.plot(x[row], y[column], '.', color='black', markersize=1.5)
         axes.set_xlabel(across)
     panels[0].set_ylabel(up)

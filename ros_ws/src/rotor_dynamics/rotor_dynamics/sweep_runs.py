@@ -26,7 +26,7 @@ from rotor_dynamics import (
     sweep_figures,
 )
 from rotor_dynamics.cluster import executor
-from rotor_dynamics.diagrams import Direction, continuation
+from rotor_dynamics.diagrams import Direction, Sweep, continuation
 from rotor_dynamics.ensemble import steps_needed
 from rotor_dynamics.motion import SIGNIFICANCE
 from rotor_dynamics.surveys import EXPONENT_ERRORS, EXPONENT_RESOLUTION
@@ -103,29 +103,27 @@ def run_map(
     assert question.over is not None  # noqa: S101 - the command asks for it
     with resources.opened() as where:
         result = parameter_map(
-            question.parameters,
-            over=(question.over, against),
-            values=(question.values, values),
-            plan=question.plan,
-            speed_rad_s=question.speed_rad_s,
-            load_factor=question.load_factor,
+            question.points[0],
+            (Sweep(question.over, question.values), Sweep(against, values)),
+            question.plan,
             on_progress=on_progress,
             **where,
         )
     count = result.label.size
-    grid = np.meshgrid(*result.values, indexing='ij')
-    rows = {name: axis.ravel() for name, axis in zip(result.over, grid, strict=True)}
+    over = result.label.dims
+    grid = np.meshgrid(*(result[name].values for name in over), indexing='ij')
+    rows = {str(name): axis.ravel() for name, axis in zip(over, grid, strict=True)}
     for name in ('exponent', 'standard_error', 'label', 'converged', 'length_scale_m'):
-        rows[name] = getattr(result, name).ravel()
+        rows[name] = result[name].values.ravel()
     for name in ('order_amplitude_y', 'order_amplitude_z'):
-        rows[name] = getattr(result, name).reshape(count, -1)
-    asked = question.asked('map') | {'against': result.over[1]}
-    asked |= {name: None for name in ('speed_rad_s', 'load_factor') if name == result.over[1]}
+        rows[name] = result[name].values.reshape(count, -1)
+    asked = question.asked('map') | {'against': over[1]}
+    asked |= {name: None for name in ('speed_rad_s', 'load_factor') if name == over[1]}
     positive = int((result.exponent > SIGNIFICANCE * result.standard_error).sum())
     kinds = ', '.join(f'{n} {kind}' for kind, n in Counter(rows['label'].tolist()).most_common())
     gone = int((result.label == 'diverged').sum())
     sentences = [
-        f'{count} points over {result.over[0]} and {result.over[1]}: {kinds}',
+        f'{count} points over {over[0]} and {over[1]}: {kinds}',
         f'exponent positive by {SIGNIFICANCE:g} standard errors at {positive} of them',
         *([f'{gone} of {count} points diverged{_WHERE_DIVERGED}'] if gone else []),
     ]
@@ -137,10 +135,10 @@ def run_map(
         rows=rows,
         shared={},
         found={
-            'over': list(result.over),
-            'values': [axis.tolist() for axis in result.values],
+            'over': list(over),
+            'values': [result[name].values.tolist() for name in over],
             **{
-                name: getattr(result, name).tolist()
+                name: result[name].values.tolist()
                 for name in ('exponent', 'standard_error', 'label', 'converged')
             },
             'positive': positive,
@@ -232,43 +230,37 @@ def run_section(question: Question) -> Outcome:
     """Return one motion: orbit, section, its label with the evidence, and whether 2N agrees."""
     (point,) = question.points
     plan = question.plan
-    result = poincare_section(
-        point.parameters,
-        speed_rad_s=point.speed_rad_s,
-        load_factor=point.load_factor,
-        transient_revolutions=plan.transient_revolutions,
-        revolutions=plan.revolutions,
-        steps_per_revolution=plan.steps_per_revolution,
-        exponent_revolutions=plan.exponent_revolutions,
-        check_steps=plan.check_steps,
-    )
-    label, diverged = result.label, result.label == 'diverged'
-    everything = {field.name: getattr(result, field.name) for field in fields(result)}
-    rows = {name: value for name, value in everything.items() if isinstance(value, np.ndarray)}
-    found: dict[str, Any] = {
-        'label': label,
-        'reason': result.reason,
-        'diverged_at': result.diverged_at,
-        'evidence': result.evidence,
+    result = poincare_section(point, plan)
+    rows = {str(name): array.values for name, array in result.items() if array.ndim}
+    said = {str(name): array.item() for name, array in result.items() if not array.ndim}
+    label, diverged = said['label'], said['label'] == 'diverged'
+    evidence = {
+        name.removeprefix('evidence_'): value
+        for name, value in said.items()
+        if name.startswith('evidence_')
     }
-    because = f' ({result.reason})' if result.reason else ''
+    found: dict[str, Any] = {
+        **{name: said[name] for name in ('label', 'reason', 'diverged_at')},
+        'evidence': evidence,
+    }
+    because = f' ({said["reason"]})' if said['reason'] else ''
     numbers = ', '.join(
-        f'{name} {value:.4g}' for name, value in result.evidence.items() if np.isfinite(value)
+        f'{name} {value:.4g}' for name, value in evidence.items() if np.isfinite(value)
     )
     sentences = [f'{label} motion{because}' + ('' if diverged else f': {numbers}')]
     if plan.check_steps:
-        found |= {'converged': result.converged, 'difference': result.difference}
-    if plan.check_steps and np.isfinite(result.difference):
+        found |= {'converged': said['converged'], 'difference': said['difference']}
+    if plan.check_steps and np.isfinite(said['difference']):
         sentences.append(
-            f'{"converged" if result.converged else "NOT converged"}: twice the steps change means '
-            f'and amplitudes by {result.difference:.2g} of the largest'
+            f'{"converged" if said["converged"] else "NOT converged"}: twice the steps change '
+            f'means and amplitudes by {said["difference"]:.2g} of the largest'
         )
     asked = question.asked('poincare')
     return Outcome(
         asked=asked,
         rows=rows,
         shared={
-            name: np.array(everything[name])
+            name: np.array(said[name])
             for name in ('length_scale_m', 'label', 'reason', 'diverged_at')
         },
         found=found,

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rotor_dynamics import (
+    OperatingPoint,
+    Sweep,
     lyapunov_diagram,
     lyapunov_exponent,
     orbit_diagram,
@@ -139,10 +141,9 @@ WHERE: dict[str, Any] = {'speed_rad_s': 352.0, 'load_factor': 3.0}
 def test_the_label_of_one_motion_rests_on_its_exponent() -> None:
     """figure, K = 0.225: its section alone looks chaotic at some steps, its exponent says no."""
     for steps in (256, 512):
-        found = poincare_section(
-            FIGURE, **WHERE, steps_per_revolution=steps, transient_revolutions=300
-        )
-        exponent, error = found.evidence['exponent'], found.evidence['standard_error']
+        plan = Plan(300, 300, steps, exponent_revolutions=500)
+        found = poincare_section(OperatingPoint(FIGURE, **WHERE), plan)
+        exponent, error = found.evidence_exponent, found.evidence_standard_error
         assert np.isfinite(exponent)
         assert found.label != 'chaotic' or exponent > 3.0 * error
         alone = lyapunov_exponent(
@@ -152,25 +153,19 @@ def test_the_label_of_one_motion_rests_on_its_exponent() -> None:
 
 
 def test_no_diagram_calls_a_motion_chaotic_whose_exponent_is_not_positive() -> None:
-    sweep: dict[str, Any] = {'over': 'K', 'values': np.linspace(0.15, 0.25, 6), **WHERE}
-    short: dict[str, Any] = {'transient_revolutions': 200}
-    orbits = orbit_diagram(FIGURE, **sweep, **short)
+    point = OperatingPoint(FIGURE, **WHERE)
+    sweep = Sweep('K', np.linspace(0.15, 0.25, 6))
+    orbits = orbit_diagram(point, sweep, Plan(200))
     assert 'chaotic' not in orbits.label
-    exponents = lyapunov_diagram(FIGURE, **sweep, **short, revolutions=200)
     plan = Plan(200, 300, exponent_revolutions=200)
-    grid = parameter_map(
-        FIGURE,
-        over=('K', 'G'),
-        values=(sweep['values'], [3.0]),
-        plan=plan,
-        speed_rad_s=352.0,
-    )
+    exponents = lyapunov_diagram(point, sweep, plan)
+    grid = parameter_map(point, (sweep, Sweep('G', [3.0])), plan)
     for found in (exponents, grid):
         chaotic = found.label == 'chaotic'
         positive = found.exponent > 3.0 * found.standard_error
-        assert positive[chaotic].all()
-        regular = np.isin(found.label, ['periodic', 'quasi-periodic'])
-        assert not positive[regular].any()
+        assert positive.values[chaotic.values].all()
+        regular = found.label.isin(['periodic', 'quasi-periodic'])
+        assert not positive.values[regular.values].any()
     undecided = orbits.label == 'undecided'
-    assert all(orbits.reason[undecided])
+    assert all(orbits.reason.values[undecided])
     assert not any(orbits.reason[orbits.label == 'quasi-periodic'])

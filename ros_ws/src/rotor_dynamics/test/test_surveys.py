@@ -23,6 +23,7 @@ from rotor_dynamics import (
     Plan,
     ResultCache,
     Survey,
+    Sweep,
     continuation,
     lyapunov_diagram,
     lyapunov_exponent,
@@ -490,7 +491,7 @@ def test_a_rotor_that_runs_away_gives_no_number(analysis: str) -> None:
         assert np.isnan(found.z).all()
     elif analysis == 'poincare_section':
         section = diagrams.poincare_section(
-            rotor, **where, transient_revolutions=0, revolutions=20, initial_state=start
+            OperatingPoint(rotor, **where), Plan(0, 20), initial_state=start
         )
         assert section.label == 'diverged'
         assert np.isnan(section.orbit_z).all()
@@ -503,15 +504,16 @@ def test_a_rotor_that_runs_away_gives_no_number(analysis: str) -> None:
 
 @pytest.mark.parametrize('start', [0.0, [1.0], [float('nan')] * 12])
 def test_a_start_is_twelve_finite_numbers(start: Any) -> None:
-    where = {'speed_rad_s': 352.0, 'load_factor': 3.0, 'initial_state': start}
     rotor = RotorParameters.hou2016()
-    for analysis in (diagrams.lyapunov_exponent, diagrams.poincare_section):
-        with pytest.raises(AnalysisError, match='give 12 finite numbers'):
-            analysis(rotor, **where, revolutions=100, transient_revolutions=0)
+    point = OperatingPoint(rotor, 352.0, 3.0)
     with pytest.raises(AnalysisError, match='give 12 finite numbers'):
-        diagrams.orbit_diagram(
-            rotor, over='K', values=[0.1], direction='up', **where, transient_revolutions=0
+        diagrams.lyapunov_exponent(
+            rotor, speed_rad_s=352.0, load_factor=3.0, initial_state=start, revolutions=100
         )
+    with pytest.raises(AnalysisError, match='give 12 finite numbers'):
+        diagrams.poincare_section(point, Plan(0, 100), initial_state=start)
+    with pytest.raises(AnalysisError, match='give 12 finite numbers'):
+        diagrams.orbit_diagram(point, Sweep('K', [0.1], 'up'), Plan(0), initial_state=start)
 
 
 def test_divergence_is_a_row_of_nan_and_its_neighbours_do_not_feel_it() -> None:
@@ -547,16 +549,11 @@ LOADS = [3.5, 2.5, 2.0, 3.0]
 """In no order. figure at 431 rad/s, G = 2.5 has two motions: order 2.5 at rest, or 7 wide in Z."""
 
 
-def orbit(parameters: RotorParameters, speed: float, **options: Any) -> Any:
+def orbit(parameters: RotorParameters, speed: float, direction: Any = 'fixed') -> Any:
     # 130 revolutions bring the balls where they stood (401/130 passes each): every point of a
     # continuation meets the same cage
-    return orbit_diagram(
-        parameters,
-        over='G',
-        values=LOADS,
-        speed_rad_s=speed,
-        **({'transient_revolutions': 230, 'revolutions': 30} | options),
-    )
+    point = OperatingPoint(parameters, speed, 1.0)
+    return orbit_diagram(point, Sweep('G', LOADS, direction), Plan(230, 30))
 
 
 def test_up_and_down_find_the_two_motions_of_a_bistable_rotor() -> None:
@@ -567,13 +564,13 @@ def test_up_and_down_find_the_two_motions_of_a_bistable_rotor() -> None:
     assert width['down'][1] > 5.0
     for way, diagram in found.items():
         assert diagram.direction == way
-        assert diagram.values.tolist() == LOADS
+        assert diagram.load_factor.values.tolist() == LOADS
         assert (diagram.over, diagram.unit) == ('load_factor', '1')
         assert diagram.y.shape == diagram.z.shape == (4, 30)
         assert (diagram.steps_per_revolution == 256).all()
         assert diagram.converged.any() == (way == 'fixed')
     # each continuation is the one of its first value, and the next starts where it ended
-    first = orbit(figure, 431.0, direction='down', revolutions=30)
+    first = orbit(figure, 431.0, direction='down')
     assert np.array_equal(first.z, found['down'].z)
 
 
@@ -604,17 +601,9 @@ def test_continuation_starts_where_the_last_value_ended() -> None:
 
 
 def test_continuation_goes_on_after_a_divergence() -> None:
-    found = orbit_diagram(
-        RotorParameters.hou2016('figure'),
-        over='K',
-        values=[0.1, 0.3, 0.15],
-        speed_rad_s=352.0,
-        load_factor=3.0,
-        direction='down',
-        transient_revolutions=300,
-        revolutions=16,
-    )
-    assert (found.label == 'diverged').tolist() == [False, True, False]
+    point = OperatingPoint(RotorParameters.hou2016('figure'), 352.0, 3.0)
+    found = orbit_diagram(point, Sweep('K', [0.1, 0.3, 0.15], 'down'), Plan(300, 16))
+    assert (found.label == 'diverged').values.tolist() == [False, True, False]
     assert np.isnan(found.y[1]).all()
     assert np.isfinite(found.y[[0, 2]]).all()
 
@@ -622,31 +611,29 @@ def test_continuation_goes_on_after_a_divergence() -> None:
 @pytest.mark.parametrize('call', [orbit_diagram, waterfall])
 def test_direction_that_is_not_known(call: Callable[..., Any]) -> None:
     with pytest.raises(AnalysisError, match="'left' is not known; it must be 'fixed', 'up' or"):
-        call(DERIVED, over='G', values=[1.0], speed_rad_s=352.0, direction='left')
+        call(OperatingPoint(DERIVED, 352.0, 1.0), Sweep('G', [1.0], 'left'))  # type: ignore[arg-type]
 
 
 def test_poincare_section_is_the_orbit_at_whole_turns() -> None:
-    found = poincare_section(
-        DERIVED, speed_rad_s=352.0, load_factor=3.0, transient_revolutions=100, revolutions=110
-    )
+    point = OperatingPoint(DERIVED, 352.0, 3.0)
+    found = poincare_section(point, Plan(100, 110, exponent_revolutions=500))
     for name in ('y', 'z', 'velocity_y', 'velocity_z'):
         section, whole = getattr(found, name), getattr(found, f'orbit_{name}')
         assert section.shape == (110,)
         assert whole.shape == (110, 64)
         np.testing.assert_array_equal(whole[:, 0], section)
-    point = OperatingPoint(DERIVED, 352.0, 3.0)
     expected = survey([point], Plan(100, 110, check_steps=False))
     np.testing.assert_array_equal(found.y, expected.y[0])
     np.testing.assert_array_equal(found.velocity_z, expected.velocity_z[0])
     assert found.label == expected.label[0] == 'quasi-periodic'
-    assert found.evidence['zero_one'] == expected.zero_one[0]
+    assert found.evidence_zero_one == expected.zero_one[0]
     assert found.length_scale_m == DERIVED.length_scale_m
 
 
 def test_single_points_that_diverge_say_so() -> None:
     figure = RotorParameters.hou2016('figure', crack_stiffness_ratio=0.3)
     where = {'speed_rad_s': 352.0, 'load_factor': 3.0, 'transient_revolutions': 300}
-    section = poincare_section(figure, **where, revolutions=16)  # type: ignore[arg-type]
+    section = poincare_section(OperatingPoint(figure, 352.0, 3.0), Plan(300, 16))
     assert section.label == 'diverged'
     assert not np.isfinite(section.y).any()
     for method in ('tangent', 'two_trajectories'):
@@ -657,17 +644,10 @@ def test_single_points_that_diverge_say_so() -> None:
 
 def test_waterfall_has_a_frequency_for_each_order_and_speed() -> None:
     speeds = [300.0, 500.0, 400.0]
-    found = waterfall(
-        DERIVED,
-        over='speed',
-        values=speeds,
-        load_factor=3.0,
-        transient_revolutions=20,
-        revolutions=20,
-        highest_order=3.0,
-    )
-    assert found.orders.tolist() == [n / 20 for n in range(61)]
-    np.testing.assert_allclose(found.frequency_rad_s, np.outer(speeds, found.orders), rtol=1e-15)
+    plan = Plan(20, 20, highest_order=3.0)
+    found = waterfall(OperatingPoint(DERIVED, 352.0, 3.0), Sweep('speed', speeds), plan)
+    assert found.order.values.tolist() == [n / 20 for n in range(61)]
+    np.testing.assert_allclose(found.frequency_rad_s, np.outer(speeds, found.order), rtol=1e-15)
     assert found.amplitude_y.shape == found.amplitude_z.shape == (3, 61)
     assert (found.over, found.unit) == ('speed_rad_s', 'rad/s')
     expected = survey(
@@ -678,19 +658,13 @@ def test_waterfall_has_a_frequency_for_each_order_and_speed() -> None:
 
 
 def test_lyapunov_diagram_is_a_survey_with_a_name() -> None:
-    found = lyapunov_diagram(
-        DERIVED,
-        over='clearance',
-        values=[0.0, 2e-6],
-        speed_rad_s=352.0,
-        load_factor=3.0,
-        transient_revolutions=20,
-        revolutions=60,
-    )
+    point = OperatingPoint(DERIVED, 352.0, 3.0)
+    plan = Plan(20, 300, exponent_revolutions=60)
+    found = lyapunov_diagram(point, Sweep('clearance', [0.0, 2e-6]), plan)
     points = sweep(DERIVED, 'clearance', [0.0, 2e-6], speed_rad_s=352.0, load_factor=3.0)
-    expected = survey(points, Plan(20, 300, exponent_revolutions=60))
+    expected = survey(points, plan)
     assert (found.over, found.unit) == ('clearance_m', 'm')
-    assert found.values.tolist() == [0.0, 2e-6]
+    assert found.clearance_m.values.tolist() == [0.0, 2e-6]
     for name in ('exponent', 'standard_error', 'exponent_difference', 'converged', 'label'):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
@@ -705,16 +679,10 @@ def test_map_is_a_survey_of_the_grid_in_strips(monkeypatch: pytest.MonkeyPatch) 
     plan = Plan(5, 16, exponent_revolutions=50, check_steps=False)
     seen: list[tuple[int, int]] = []
 
-    def make(over: tuple[str, str], values: tuple[Any, Any], **given: Any) -> Any:
-        return parameter_map(
-            DERIVED,
-            over=over,
-            values=values,
-            plan=plan,
-            load_factor=3.0,
-            on_progress=lambda *now: seen.append(now),
-            **given,
-        )
+    def make(over: tuple[str, str], values: tuple[Any, Any]) -> Any:
+        sweeps = Sweep(over[0], values[0]), Sweep(over[1], values[1])
+        point = OperatingPoint(DERIVED, 352.0, 3.0)
+        return parameter_map(point, sweeps, plan, on_progress=lambda *now: seen.append(now))
 
     whole = make(('speed', 'K'), (speeds, cracks))
     points = [
@@ -723,9 +691,10 @@ def test_map_is_a_survey_of_the_grid_in_strips(monkeypatch: pytest.MonkeyPatch) 
         for point in sweep(DERIVED, 'K', cracks, speed_rad_s=speed, load_factor=3.0)
     ]
     expected = survey(points, plan)
-    assert whole.over == ('speed_rad_s', 'crack_stiffness_ratio')
-    assert whole.units == ('rad/s', '1')
-    assert [axis.tolist() for axis in whole.values] == [speeds, cracks]
+    assert whole.exponent.dims == ('speed_rad_s', 'crack_stiffness_ratio')
+    axes = [whole[name] for name in whole.exponent.dims]
+    assert [axis.units for axis in axes] == ['rad/s', '1']
+    assert [axis.values.tolist() for axis in axes] == [speeds, cracks]
     names = ('exponent', 'label', 'order_amplitude_y', 'order_amplitude_z', 'length_scale_m')
     for name in names:
         array = getattr(expected, name)
@@ -739,17 +708,17 @@ def test_map_is_a_survey_of_the_grid_in_strips(monkeypatch: pytest.MonkeyPatch) 
     seen.clear()
     monkeypatch.setattr(diagrams, 'STRIP', 5)
     strips = make(('speed', 'K'), (speeds, cracks))
-    np.testing.assert_array_equal(strips.exponent.ravel()[:5], whole.exponent.ravel()[:5])
+    first = [found.exponent.values.ravel()[:5] for found in (strips, whole)]
+    np.testing.assert_array_equal(*first)
     np.testing.assert_allclose(strips.exponent, whole.exponent, rtol=0, atol=1e-9)
     assert seen == [(5, 6), (6, 6)]
 
 
 def test_map_refuses() -> None:
+    point = OperatingPoint(DERIVED, 352.0, 3.0)
     for over in (('K', 'crack_stiffness_ratio'), ('speed', 'speed_rad_s')):
         with pytest.raises(AnalysisError, match='is a line; name two parameters'):
-            parameter_map(DERIVED, over=over, values=([0.1], [0.2]), plan=SHORT, load_factor=3.0)
-    with pytest.raises(AnalysisError, match='speed_rad_s is missing'):
-        parameter_map(DERIVED, over=('K', 'G'), values=([0.1], [1.0]), plan=SHORT)
+            parameter_map(point, (Sweep(over[0], [0.1]), Sweep(over[1], [0.2])), SHORT)
 
 
 def test_load_is_gravity_times_the_factor() -> None:

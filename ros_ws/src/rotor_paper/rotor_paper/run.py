@@ -235,16 +235,9 @@ def _paths(diagram: Diagram, variant: str, work: _Work) -> list[Motion]:
     window = (first, first + SERIES_WINDOW[1] - SERIES_WINDOW[0])
     made = []
     for point in diagram.points(variant, work.settings.values):
-        section = poincare_section(
-            point.parameters,
-            speed_rad_s=point.speed_rad_s,
-            load_factor=point.load_factor,
-            transient_revolutions=transient,
-            revolutions=SERIES_REVOLUTIONS,
-            exponent_revolutions=0,
-            check_steps=False,
-        )
-        y, z = section.orbit_y, section.orbit_z
+        plan = Plan(transient, SERIES_REVOLUTIONS, check_steps=False)
+        section = poincare_section(point, plan)
+        y, z = section.orbit_y.values, section.orbit_z.values
         tau = start + turn * np.arange(y.size) / y.shape[1]
         scale = point.parameters.length_scale_m
         made.append(Motion(tau, window, y.ravel() / scale, z.ravel() / scale))
