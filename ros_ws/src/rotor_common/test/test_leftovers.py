@@ -138,7 +138,7 @@ def test_folders_elsewhere_are_found_where_they_are_made(tmp_path: Path) -> None
 PARTICIPANTS = """
 import os, signal, subprocess, sys, time
 from pathlib import Path
-from rotor_interfaces import leftovers
+from rotor_common import leftovers
 
 assert not list(Path('/dev/shm').iterdir()), 'not a private one'
 node = ('import rclpy, time; rclpy.init(); node = rclpy.create_node("a"); '

@@ -14,7 +14,6 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from live_flight import private_domain
 
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
@@ -100,6 +99,8 @@ def single(path: Path, blocks: int = 40) -> Path:
 
 def private_ros(log_folder: Path) -> dict[str, str]:
     """Return the environment of a ROS domain of its own for each test."""
+    from live_flight import private_domain
+
     return {
         'ROS_DOMAIN_ID': private_domain(),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',

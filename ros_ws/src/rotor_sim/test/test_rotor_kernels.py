@@ -262,7 +262,8 @@ def test_nan_stays_nan(place: int, kernel: Kernel) -> None:
 
 SCRIPT = """
 import numpy as np
-from rotor_sim import RotorParameters, _kernels
+from rotor_sim import RotorParameters
+from rotor_sim.plant import _kernels
 p = RotorParameters.hou2016()
 _kernels.integrate((0,), *_kernels.kind(p), (), _kernels.pack(p)[None], np.zeros((1, 12)),
                    np.empty((1, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
@@ -292,7 +293,8 @@ ASSEMBLY = """
 import sys
 import numpy as np
 from rotor_common.constants import LANES
-from rotor_sim import RotorParameters, _kernels
+from rotor_sim import RotorParameters
+from rotor_sim.plant import _kernels
 p = RotorParameters.hou2016()
 n = LANES
 alike = (0,) * (sys.argv[1] == 'alike')
