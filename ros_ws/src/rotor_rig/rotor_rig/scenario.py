@@ -69,7 +69,7 @@ class Scenario(ConfigModel):
         pattern='^[A-Za-z0-9_-]+$',
         description='short name of letters, digits, _ and -, used for the recording',
     )
-    description: str = pydantic.Field('', description='what the scenario shows, for people')
+    description: str = pydantic.Field(default='', description='what the scenario shows, for people')
     duration_s: float = quantity(20.0, unit='s', description='length of the run', gt=0, le=86400)
     epoch_ns: int = quantity(
         OFFLINE_EPOCH_NS, unit='ns', description='stamp of time 0 in an offline run', ge=0, lt=2**62
