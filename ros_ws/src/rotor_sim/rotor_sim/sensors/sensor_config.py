@@ -29,7 +29,7 @@ class NoiseLevels(ConfigModel):
     )
 
 
-class Channel(ConfigModel):
+class SensorGroup(ConfigModel):
     """What all channels of one kind share; [u] is the unit of their columns."""
 
     noise_density: float = quantity(
@@ -104,7 +104,7 @@ class ProbeErrors(FixedErrors):
     )
 
 
-class Proximity(Channel):
+class Proximity(SensorGroup):
     """The six proximity probes; u = m."""
 
     disk_y: ProbeErrors = pydantic.Field(default=ProbeErrors(), description='errors of the probe')
@@ -115,7 +115,7 @@ class Proximity(Channel):
     brg2_z: ProbeErrors = pydantic.Field(default=ProbeErrors(), description='errors of the probe')
 
 
-class Accelerometers(Channel):
+class Accelerometers(SensorGroup):
     """The four accelerometers; u = m/s^2."""
 
     brg1_ay: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
@@ -124,13 +124,13 @@ class Accelerometers(Channel):
     brg2_az: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
 
 
-class LoadSensor(Channel):
+class LoadSensor(SensorGroup):
     """The sensor of the apparent gravity; u = m/s^2."""
 
     load_y: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
 
 
-class Keyphasor(Channel):
+class Keyphasor(SensorGroup):
     """The key-phasor's probe; u = V."""
 
     bias: float = quantity(0.0, unit='V', ge=-1e3, le=1e3, description='reading off the pulse')
@@ -182,7 +182,7 @@ class SensorConfig(NoiseLevels):
     )
 
     @property
-    def groups(self) -> dict[str, Channel]:
+    def groups(self) -> dict[str, SensorGroup]:
         """The kinds of channels by their keys."""
         return {
             'proximity': self.proximity,
