@@ -174,7 +174,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     ),
     'scenario from a device': (['scenario', 'show', '/dev/zero'], ['/dev/zero']),
     'show nothing': (['scenario', 'show', 'no_such.yaml'], ['no_such.yaml']),
-    'analyse nothing': (['analyze', 'no_such.mcap'], ['no_such.mcap']),
+    'analyze nothing': (['analyze', 'no_such.mcap'], ['no_such.mcap']),
     'replay nothing': (['replay', 'no_such.mcap'], ['no_such.mcap']),
     'replay backwards': (['replay', 'empty.mcap', '--rate=-1'], ['rate']),
     'view nothing': (['view', 'no_such.mcap', '--save', 'a.rrd'], ['no_such.mcap']),

@@ -17,7 +17,7 @@ import pytest
 import yaml
 
 from rig_support import Rig
-from rotor_bench.evaluation.runner import Simulated
+from rotor_bench.evaluation.sources import Simulated
 from rotor_bench.evaluation.suites import load
 
 NODE = Path(__file__).parent / 'score_node.py'

@@ -81,15 +81,15 @@ def test_a_bearing_of_mfpts_layout_goes_all_the_way(rig: Rig, tmp_path: Path) ->
         # 1 + 0.8 cos: sidebands of 0.4; the noise between the strikes, which the envelope
         # cannot fall below, and the edges of the band take and give a few percent
         assert beside.amplitude == pytest.approx(0.4 * line.amplitude, rel=0.1)
-    analysed = rig('analyze', out, '--json')
-    assert analysed.code == 0, analysed.err
-    found = analysed.json['indicators']
-    assert analysed.json['windows'] == 1
+    analyzed = rig('analyze', out, '--json')
+    assert analyzed.code == 0, analyzed.err
+    found = analyzed.json['indicators']
+    assert analyzed.json['windows'] == 1
     # rounding of the speed to 15 digits aside, 0.2 g at order 1; the strikes leave a percent
     assert found['brg1_ay/amplitude_order_1']['median'] == pytest.approx(0.2 * 9.80665, rel=0.02)
     # without load and disk probes: nothing to say, which is not the same as no alarm
     assert 'load_factor' not in found
-    assert analysed.json['worst_alarm'] == 'STALE'
+    assert analyzed.json['worst_alarm'] == 'STALE'
     again = rig('import', path, '--out', out)
     assert again.code == 2
     assert 'never overwrites' in ' '.join(again.err.split())

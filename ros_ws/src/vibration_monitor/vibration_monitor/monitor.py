@@ -327,7 +327,7 @@ class VibrationMonitor:
         records = []
         hop, count = self.config.hop_revolutions, self.config.window_revolutions
         while self._last_angle() >= self._next * hop + count:
-            records.append(self._analyse(self._next))
+            records.append(self._analyze(self._next))
             self._next += 1
             angle = self._buffer.rows[0]
             before = int(np.searchsorted(angle, float(self._next * hop), side='right')) - 1
@@ -337,7 +337,7 @@ class VibrationMonitor:
             self._buffer.drop(len(self._buffer) - self._most_samples * 9 // 8)
         return records
 
-    def _analyse(self, window: int) -> IndicatorRecord:
+    def _analyze(self, window: int) -> IndicatorRecord:
         """Return the record of a window whose end has been passed."""
         first_sample, rows = self._buffer.first_sample, self._buffer.rows
         start = window * self.config.hop_revolutions
