@@ -254,7 +254,8 @@ class SensorChain:
             return (), ()
         k = _noiseless_kernels
         specific_force = sensed[:, k.ACCELERATIONS : k.VIBRATIONS].copy()
-        specific_force -= np.tile(out[:, k.OUT_LOAD : k.OUT_FORCE], 2)
+        by_place = specific_force.reshape(len(out), -1, 2)
+        by_place -= out[:, None, k.OUT_LOAD : k.OUT_FORCE]
         first, values = self._imu.push(specific_force)
         done = list(enumerate(values.tolist(), first))
         return (
