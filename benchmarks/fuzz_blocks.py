@@ -14,16 +14,10 @@ from numpy.typing import NDArray
 from rotor_common.constants import NANOSECONDS
 from rotor_common.errors import WireError
 from rotor_interfaces import topics
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_interfaces.messages import OFFLINE, from_cdr, stamp, stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
-from rotor_interfaces.waveform import (
-    CHANNEL_COLUMNS,
-    LARGEST_SAMPLE,
-    WAVEFORM_DTYPE,
-    WaveformBlock,
-    decode,
-    encode,
-)
+from rotor_interfaces.waveform import LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock, decode, encode
 from rotor_recording.reading import UNDECODABLE
 from rotor_recording.recording_stream import RecordingStream
 from rotor_view.rig_view import RigView

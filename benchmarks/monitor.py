@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.channels import CHANNEL_COLUMNS
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor import MonitorConfig, VibrationMonitor
 from vibration_monitor.indicators import EXTRAS
 

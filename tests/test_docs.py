@@ -14,8 +14,9 @@ from PIL import Image
 
 from rotor_bringup.analysis import analyze_recording
 from rotor_interfaces import messages
+from rotor_interfaces.channels import COLUMN_UNITS
 from rotor_interfaces.topics import TOPICS
-from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
 from rotor_view import view_recording
 

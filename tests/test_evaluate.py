@@ -18,7 +18,7 @@ import yaml
 from typer.testing import CliRunner
 
 from rig_support import Rig
-from rotor_bench.evaluation.runner import Simulated
+from rotor_bench.evaluation.sources import Simulated
 from rotor_bench.evaluation.suites import load
 from rotor_bringup.cli import app
 

@@ -26,8 +26,9 @@ from rig_support import Rig
 from rotor_bringup.cli import app
 from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages, topics
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr, typestore
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from rotor_recording.errors import RecordingError
 from rotor_recording.reading import Recording
 from rotor_view.offline import convert

@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -188,6 +188,39 @@ def test_own_packages_are_required_in_this_very_version(package: str) -> None:
 @pytest.mark.parametrize('package', PACKAGES)
 def test_imports_run_one_way(package: str) -> None:
     assert imports_of(package) & set(PACKAGES) <= MAY_IMPORT[package]
+
+
+IN_CIRCLES = {
+    'rotor_dynamics.sweep_commands': {'rotor_dynamics.sweep_runs'},
+    'rotor_dynamics.sweep_runs': {'rotor_dynamics.sweep_commands'},
+}
+"""Modules that still import one another."""
+
+
+def imports_that_run(tree: ast.AST, known: Collection[str]) -> Iterator[str]:
+    """Yield the known modules that are imported, by functions too, but not for types alone."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and getattr(node.test, 'id', '') == 'TYPE_CHECKING':
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in known)
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                names = (f'{node.module}.{alias.name}', node.module or '')
+                yield from [name for name in names if name in known][:1]
+        yield from imports_that_run(node, known)
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_modules_do_not_import_one_another_in_a_circle(package: str) -> None:
+    """An import in a function counts; one for the type checker does not, since it never runs."""
+    trees = dict(modules(package))
+    found = {name: set(imports_that_run(tree, trees)) - {name} for name, tree in trees.items()}
+    while leaves := {name for name, others in found.items() if not others}:
+        found = {name: others - leaves for name, others in found.items() if name not in leaves}
+    while tops := found.keys() - set().union(*found.values()):
+        found = {name: others for name, others in found.items() if name not in tops}
+    assert found == {name: v for name, v in IN_CIRCLES.items() if name.startswith(package)}
 
 
 def test_only_adapters_import_ros() -> None:

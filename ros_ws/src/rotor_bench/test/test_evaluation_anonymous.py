@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from rotor_bench.evaluation.anonymous import Anonymiser
 from rotor_common.errors import WireError
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.channels import CHANNEL_COLUMNS
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
 from spy_detector import BLOCK_CHANNELS
 from spy_rig import plan, telling_block
 

@@ -11,7 +11,7 @@ import pytest
 
 from rotor_bench.dataset.suite import Flight
 from rotor_bench.errors import DatasetError
-from rotor_bench.evaluation.suites import Stored
+from rotor_bench.evaluation.sources import Stored
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, decode, encode

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from maneuver_gen.load_grid import load_grid
 from rotor_bench.dataset.suite import Flight, plan_suite
-from rotor_interfaces.waveform import DISPLACEMENT_COLUMNS
+from rotor_interfaces.channels import DISPLACEMENT_COLUMNS
 from rotor_sim import LoadGrid, RotorSimulator
 
 SECONDS = 24

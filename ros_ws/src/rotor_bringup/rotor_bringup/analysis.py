@@ -43,7 +43,7 @@ HIGHLIGHTS = (
 
 
 @dataclass(frozen=True)
-class Analysis:
+class AnalyzedRecording:
     """What the monitor said about one recording; `damage` are sentences about what is missing.
 
     `highlights` are name, median and largest value over the valid windows (SI units); `samples`
@@ -72,7 +72,7 @@ class Analysis:
 
 
 class _Highlights:
-    """The values over the valid windows of what `Analysis.highlights` tells, and nothing else.
+    """The values over the valid windows of what `AnalyzedRecording.highlights` tells.
 
     These are a hundred bytes a window, so that medians stay exact in a recording of any length.
     """
@@ -104,7 +104,7 @@ def analyze_recording(
     path: Path,
     waveform_topic: str | None = None,
     on_window: Callable[[IndicatorRecord], None] | None = None,
-) -> Analysis:
+) -> AnalyzedRecording:
     """Run the monitor, configured as in the recorded run, over a recording of any length.
 
     Times are those of the samples: they count from the first sample of the run in the recording.
@@ -157,7 +157,9 @@ def analyze_recording(
         fault = fault if state.windows else str(monitor.status()['last fault'])
         samples = sample_statistics(path, monitor.config, fault, waveform_topic)
     lost_samples = int(monitor.status()['lost samples [1]'])
-    return Analysis(state, list(recording.damage), lost_samples, [*highlights.result()], samples)
+    return AnalyzedRecording(
+        state, list(recording.damage), lost_samples, [*highlights.result()], samples
+    )
 
 
 def _span_ns(block: WaveformBlock) -> tuple[int, int]:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from rotor_bringup.analysis import Analysis, analyze_recording
+from rotor_bringup.analysis import AnalyzedRecording, analyze_recording
 from rotor_bringup.cli import app
 from rotor_recording.importing.convert import ImportPlan, convert, write
 
@@ -22,7 +22,7 @@ COUNT = 32_768
 
 def analyzed(
     tmp_path: Path, columns: list[NDArray[np.float64]], speed_hz: float | None
-) -> Analysis:
+) -> AnalyzedRecording:
     path, out = tmp_path / 'x.txt', tmp_path / 'x.mcap'
     np.savetxt(path, np.column_stack(columns), fmt='%.6f')
     names = ('brg1_ay', 'brg1_az', 'gap_y')[: len(columns)]
@@ -33,7 +33,7 @@ def analyzed(
 
 
 @pytest.fixture(scope='module')
-def short(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
+def short(tmp_path_factory: pytest.TempPathFactory) -> AnalyzedRecording:
     angle = 2 * np.pi * 31.25 * np.arange(COUNT) / RATE_HZ  # 40 revolutions
     noise = np.random.default_rng(4).standard_normal(COUNT)
     noise[7] = math.nan
@@ -41,7 +41,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     return analyzed(tmp_path_factory.mktemp('short'), columns, 31.25)
 
 
-def test_the_statistics_of_a_sine_and_of_noise(short: Analysis) -> None:
+def test_the_statistics_of_a_sine_and_of_noise(short: AnalyzedRecording) -> None:
     assert short.samples is not None
     sine, noise, dead = (short.samples.channels[name] for name in ('brg1_ay', 'brg1_az', 'gap_y'))
     # of a sine of amplitude 2 about 5, float32
@@ -60,7 +60,7 @@ def test_the_statistics_of_a_sine_and_of_noise(short: Analysis) -> None:
     assert dead.unit == 'm'
 
 
-def test_the_reason_is_said_and_nothing_is_judged(short: Analysis) -> None:
+def test_the_reason_is_said_and_nothing_is_judged(short: AnalyzedRecording) -> None:
     assert short.samples is not None
     assert short.samples.reason == 'the shaft turns 40.0 times, and a window takes 64 revolutions'
     assert not short.state.windows

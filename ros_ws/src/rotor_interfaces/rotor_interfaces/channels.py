@@ -1,11 +1,58 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Vibration channels of a waveform: names, units and planes."""
+"""The columns of the rig's waveform, in one table, and the vibration channels of any waveform."""
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
-from rotor_interfaces.waveform import CHANNEL_COLUMNS
+Kind = Literal['clock', 'shaft', 'displacement', 'acceleration', 'load']
+_UNITS: dict[str, str] = {'displacement': 'm', 'acceleration': 'm/s^2'}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A column of a waveform: what it holds, where it is measured, and by which sensors."""
+
+    name: str
+    unit: str
+    kind: Kind
+    place: str = ''
+    """As people read it; '' for what belongs to no place."""
+    direction: str = ''
+    noise_group: str = ''
+    """Key of its sensors in the configuration; '' for what no sensor with noise measures."""
+    dtype: str = '<f4'
+
+
+def _vibrations(kind: Kind, noise_group: str, places: dict[str, str]) -> tuple[Channel, ...]:
+    """Return the channels of places by the beginnings of their names: y, then z of each."""
+    return tuple(
+        Channel(f'{start}{direction}', _UNITS[kind], kind, place, direction, noise_group)
+        for start, place in places.items()
+        for direction in 'yz'
+    )
+
+
+CHANNELS = (
+    Channel('time', 's', 'clock', dtype='<f8'),
+    Channel('sample', '1', 'clock', dtype='<f8'),
+    Channel('angle', 'rad', 'shaft', dtype='<f8'),
+    *_vibrations(
+        'displacement', 'proximity', {'disk_': 'disk', 'brg1_': 'bearing 1', 'brg2_': 'bearing 2'}
+    ),
+    *_vibrations('acceleration', 'accelerometers', {'brg1_a': 'bearing 1', 'brg2_a': 'bearing 2'}),
+    Channel('keyphasor', 'V', 'shaft', noise_group='keyphasor'),
+    Channel('load_y', 'm/s^2', 'load', direction='y', noise_group='load'),
+)
+"""The columns of the rig, in their order: those of float64 first, y and z of a place together."""
+
+COLUMN_UNITS = {channel.name: channel.unit for channel in CHANNELS}
+DISPLACEMENT_COLUMNS = tuple(c.name for c in CHANNELS if c.kind == 'displacement')
+ACCELERATION_COLUMNS = tuple(c.name for c in CHANNELS if c.kind == 'acceleration')
+CHANNEL_COLUMNS = DISPLACEMENT_COLUMNS + ACCELERATION_COLUMNS
+"""The vibration channels."""
 
 SHOWN_CHANNEL = 'disk_z'
 """Across the load: where a breathing crack shows first."""
@@ -62,4 +109,4 @@ def planes_of(channels: Sequence[str]) -> tuple[str, ...]:
 
 def channel_unit(channel: str) -> str:
     """Return the unit of a vibration channel, 'm' or 'm/s^2'."""
-    return 'm/s^2' if is_acceleration(channel) else 'm'
+    return _UNITS['acceleration' if is_acceleration(channel) else 'displacement']

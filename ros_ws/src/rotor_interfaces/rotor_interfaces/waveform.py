@@ -15,28 +15,18 @@ from numpy.typing import NDArray
 
 from rotor_common.constants import NANOSECONDS
 from rotor_common.errors import WireError
+from rotor_interfaces.channels import CHANNELS
 from rotor_interfaces.gaps import BlockTime
 from rotor_interfaces.messages import ROS, MessageFactory, header, stamp_ns
 
-DISPLACEMENT_COLUMNS = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
-ACCELERATION_COLUMNS = ('brg1_ay', 'brg1_az', 'brg2_ay', 'brg2_az')
-CHANNEL_COLUMNS = DISPLACEMENT_COLUMNS + ACCELERATION_COLUMNS
-
-WAVEFORM_DTYPE = np.dtype(
-    [('time', '<f8'), ('sample', '<f8'), ('angle', '<f8')]
-    + [(name, '<f4') for name in (*CHANNEL_COLUMNS, 'keyphasor', 'load_y')]
-)
+WAVEFORM_DTYPE = np.dtype([(channel.name, channel.dtype) for channel in CHANNELS])
 """72 bytes a row, packed."""
 
-COLUMN_UNITS = {
-    'time': 's',
-    'sample': '1',
-    'angle': 'rad',
-    **dict.fromkeys(DISPLACEMENT_COLUMNS, 'm'),
-    **dict.fromkeys(ACCELERATION_COLUMNS, 'm/s^2'),
-    'keyphasor': 'V',
-    'load_y': 'm/s^2',
-}
+_DOUBLES = sum(channel.dtype == '<f8' for channel in CHANNELS)
+BY_TYPE = np.dtype(
+    [('doubles', '<f8', (_DOUBLES,)), ('singles', '<f4', (len(CHANNELS) - _DOUBLES,))]
+)
+"""The bytes of WAVEFORM_DTYPE as two tables: the columns of float64 stand first."""
 
 # sensor_msgs/PointField datatype codes
 _DATATYPES = {1: 'i1', 2: 'u1', 3: '<i2', 4: '<u2', 5: '<i4', 6: '<u4', 7: '<f4', 8: '<f8'}

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from rotor_common.errors import WireError
 from rotor_interfaces import messages
+from rotor_interfaces.channels import COLUMN_UNITS
 from rotor_interfaces.messages import OFFLINE, from_cdr, to_cdr
-from rotor_interfaces.waveform import COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock, decode, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, decode, encode
 
 POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
 

@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, NamedTuple, NoReturn, Self
 import yaml
 from mcap.writer import CompressionType, Writer
 
+from rotor_common.durable_file import sync_folder, write_whole
 from rotor_interfaces.messages import typestore
 from rotor_interfaces.topics import Topic
 from rotor_recording.bag_folder import METADATA_FILE
@@ -206,7 +207,8 @@ class RecordingWriter:
             self._file.close()
             self._active.rename(self.path)
             if self._is_bag:
-                write_durably(self.path.with_name(METADATA_FILE), yaml_text(self._bag_metadata()))
+                text = yaml_text(self._bag_metadata())
+                write_whole(self.path.with_name(METADATA_FILE), text.encode())
             sync_folder(self.path.parent)
         except OSError as error:
             self._fail(error)
@@ -364,25 +366,6 @@ def _refuse(path: Path, error: OSError) -> NoReturn:
     raise RecordingError(
         f'{path} cannot be written ({error.strerror}); choose a place where you may write'
     ) from None
-
-
-def write_durably(path: Path, text: str) -> None:
-    """Write a file so that it is either there as a whole or not at all."""
-    unfinished = path.with_name(path.name + '.tmp')
-    with unfinished.open('w', encoding='utf-8') as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    unfinished.rename(path)
-
-
-def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk; raises OSError."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def version() -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
+from rotor_common.durable_file import sync_folder
 from rotor_common.errors import DataError, WireError
 from rotor_common.leftovers import OwnFolder, remove_leftovers
 from rotor_common.plain_data import parse_yaml
@@ -25,7 +26,6 @@ from rotor_recording.recording import (
     CHUNK_BYTES,
     BagTopic,
     bag_metadata,
-    sync_folder,
     version,
     yaml_text,
 )

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from rotor_interfaces import messages, topics
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
 from rotor_interfaces.topics import Topic
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from rotor_recording.recording import RecordingWriter
 
 EPOCH_NS = 1_800_000_000_000_000_000

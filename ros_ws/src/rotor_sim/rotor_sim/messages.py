@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from rotor_interfaces import messages, topics
+from rotor_interfaces.channels import COLUMN_UNITS
 from rotor_interfaces.messages import MessageFactory, sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME, Topic
-from rotor_interfaces.waveform import COLUMN_UNITS, WaveformBlock, encode
+from rotor_interfaces.waveform import WaveformBlock, encode
 from rotor_sim.rotor_config import RotorSimConfig
 from rotor_sim.stream.simulator import SimulatedBlock
 

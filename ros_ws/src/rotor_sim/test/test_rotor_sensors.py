@@ -18,7 +18,8 @@ from rotor_interfaces import messages, topics
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
 from rotor_sim.messages import block_messages
 from rotor_sim.sensors import PRESETS, ImuDecimator, SensorConfig, _kernels
-from rotor_sim.sensors.chain import COLUMNS, KEYPHASOR_VOLT, Measured, SensorChain
+from rotor_sim.sensors._noiseless_kernels import COLUMNS
+from rotor_sim.sensors.chain import KEYPHASOR_VOLT, Measured, SensorChain
 
 Array = NDArray[np.float64]
 RATE_HZ, IMU_HZ = 10_240, 200

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from rotor_sim.sensors import PRESETS, SensorConfig
-from rotor_sim.sensors.sensor_config import Channel, FixedErrors, Housing, Keyphasor
+from rotor_sim.sensors.sensor_config import FixedErrors, Housing, Keyphasor, SensorGroup
 
 PAGE = Path(__file__).parents[4] / 'docs' / 'sensors.md'
 
@@ -44,7 +44,7 @@ def test_preset_table_is_that_of_the_code(page: str, preset: str) -> None:
 def test_every_preset_and_key_is_named(page: str) -> None:
     for preset in PRESETS:
         assert f'`{preset}`' in page
-    for model in (Channel, FixedErrors, Keyphasor, Housing):
+    for model in (SensorGroup, FixedErrors, Keyphasor, Housing):
         for name in model.model_fields:
             assert f'`{name}`' in page, name
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy import signal, special
 
 from rotor_sim.sensors import SensorConfig, _kernels
-from rotor_sim.sensors.chain import COLUMNS, Measured, SensorChain
+from rotor_sim.sensors._noiseless_kernels import COLUMNS
+from rotor_sim.sensors.chain import Measured, SensorChain
 
 Array = NDArray[np.float64]
 RATE = 10_240

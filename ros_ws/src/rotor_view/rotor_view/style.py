@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rotor_interfaces.channels import is_acceleration, is_channel
+from rotor_interfaces.channels import CHANNELS, is_acceleration, is_channel
 
 APPLICATION_ID = 'cracked_rotor_rig'
 TIMELINE = 'flight_time'
@@ -78,17 +78,23 @@ SERIES: dict[str, tuple[Series, ...]] = {
 }
 """Curves whose number is fixed."""
 
+_COLOURS = {
+    ('disk', 'y'): BLUE,
+    ('disk', 'z'): ORANGE,
+    ('bearing 1', 'y'): TEAL,
+    ('bearing 1', 'z'): MAGENTA,
+    ('bearing 2', 'y'): GREEN,
+    ('bearing 2', 'z'): VIOLET,
+}
+
 BY_NAME: dict[str, Series] = {
-    'disk_y': Series('disk y', BLUE),
-    'disk_z': Series('disk z', ORANGE),
-    'brg1_y': Series('bearing 1 y', TEAL),
-    'brg1_z': Series('bearing 1 z', MAGENTA),
-    'brg2_y': Series('bearing 2 y', GREEN),
-    'brg2_z': Series('bearing 2 z', VIOLET),
-    'brg1_ay': Series('bearing 1 y', TEAL),
-    'brg1_az': Series('bearing 1 z', MAGENTA),
-    'brg2_ay': Series('bearing 2 y', GREEN),
-    'brg2_az': Series('bearing 2 z', VIOLET),
+    **{
+        channel.name: Series(
+            f'{channel.place} {channel.direction}', _COLOURS[channel.place, channel.direction]
+        )
+        for channel in CHANNELS
+        if channel.place
+    },
     'ratio_2_1': Series('A2/A1', TEAL),
     'ratio_3_1': Series('A3/A1', MAGENTA),
     'ratio_4_1': Series('A4/A1', VIOLET),

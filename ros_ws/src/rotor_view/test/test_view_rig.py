@@ -15,8 +15,9 @@ from rerun.chunk import RrdReader
 import view_flight
 from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages, topics
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_interfaces.messages import OFFLINE
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WaveformBlock, encode
+from rotor_interfaces.waveform import WaveformBlock, encode
 from rotor_view import RigView, style
 from rotor_view.blueprint import blueprint
 from view_flight import EPOCH_NS, RATE_HZ, Outgoing

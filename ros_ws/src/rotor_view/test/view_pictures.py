@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from rotor_interfaces.waveform import CHANNEL_COLUMNS
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_view import blueprint, style
 from rotor_view.style import Colour
 

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_common.errors import ConfigError
-from rotor_interfaces.channels import channels_of, is_channel
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS
+from rotor_interfaces.channels import CHANNEL_COLUMNS, COLUMN_UNITS, channels_of, is_channel
 from vibration_monitor import MonitorConfig
 from vibration_monitor.indicators import EXTRAS, indicator_names, unit_of
 from vibration_monitor.indicators.registry import kinds

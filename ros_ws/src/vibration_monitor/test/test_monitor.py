@@ -24,8 +24,9 @@ from monitor_signals import (
     table,
 )
 from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
+from rotor_interfaces.channels import CHANNEL_COLUMNS, COLUMN_UNITS
 from rotor_interfaces.messages import sample_stamp_ns
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor import (
     AlarmConfig,
     AlarmRule,

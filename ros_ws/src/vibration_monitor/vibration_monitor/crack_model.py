@@ -25,8 +25,9 @@ import pydantic
 from numpy.typing import NDArray
 
 from rotor_common.configuration import ConfigModel, quantity
+from rotor_interfaces.channels import DISPLACEMENT_COLUMNS
 
-PROBES = ('disk_y', 'disk_z', 'brg1_y', 'brg1_z', 'brg2_y', 'brg2_z')
+PROBES = DISPLACEMENT_COLUMNS
 """Displacements that the estimate needs, in the order of `CrackWindow`."""
 
 ORBIT_ORDERS = (1.0, 2.0, 3.0)
@@ -34,7 +35,7 @@ ORBIT_ORDERS = (1.0, 2.0, 3.0)
 
 CRACK_ORDERS = (2.0, 3.0)
 
-_OTHER = [1, 0, 3, 2, 5, 4]
+_OTHER = [place ^ 1 for place in range(len(PROBES))]
 """For each of PROBES the one in the other direction of the same place."""
 
 BETAS_RAD = 2.0 * np.pi * np.arange(36) / 36

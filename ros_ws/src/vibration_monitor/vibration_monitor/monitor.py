@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
+from rotor_interfaces.channels import CHANNEL_COLUMNS
 from rotor_interfaces.gaps import Continuity, SampleContinuity
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.waveform import LARGEST_SAMPLE, WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.analyzer import Analyzer
 from vibration_monitor.block_columns import (
     Column,

@@ -17,7 +17,7 @@ from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import messages
 from rotor_interfaces.messages import OFFLINE
 from rotor_interfaces.topics import ROTOR_FRAME
-from rotor_interfaces.waveform import WaveformBlock, encode
+from rotor_interfaces.waveform import BY_TYPE, WaveformBlock, encode
 
 _STAMP_AT = 4
 """The header stands first in every message, after the four bytes that say how it is encoded."""
@@ -37,10 +37,8 @@ class WaveformBytes:
         """Return the bytes of one block."""
         head, dense, gaps = self._frame(rows)
         struct.pack_into('<iI', head, _STAMP_AT, *divmod(stamp_ns, NANOSECONDS))
-        numbers = rows.view(np.uint8).reshape(len(rows), -1)
-        doubles = numbers[:, :24].view(np.float64)
-        singles = numbers[:, 24:].view(np.float32)
-        finite = np.isfinite(doubles).all() and np.isfinite(singles).all()
+        numbers = rows.view(BY_TYPE)
+        finite = np.isfinite(numbers['doubles']).all() and np.isfinite(numbers['singles']).all()
         return b''.join((head, rows.data, dense if finite else gaps))
 
     def _frame(self, rows: NDArray[np.void]) -> tuple[bytearray, bytes, bytes]:

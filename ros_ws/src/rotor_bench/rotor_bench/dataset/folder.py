@@ -12,6 +12,7 @@ from rotor_bench.dataset.suite import Flight
 from rotor_bench.dataset.suite_config import SuiteConfig, respelt
 from rotor_bench.dataset.write import Row, file_of, remove_unfinished, sha256
 from rotor_bench.errors import DatasetError
+from rotor_common.durable_file import write_whole
 from rotor_common.errors import DataError
 from rotor_common.plain_data import LARGEST_JSON, parse_json
 from rotor_common.text_file import read_text
@@ -203,13 +204,3 @@ given the topic rotor/waveform alone, without the columns that it could not have
 Columns of the manifest:
 {columns}
 """
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file so that it is either there as a whole or not at all."""
-    unfinished = path.with_name(path.name + '.tmp')
-    with unfinished.open('wb') as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    unfinished.replace(path)

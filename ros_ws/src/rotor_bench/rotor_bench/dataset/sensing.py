@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rotor_bench.dataset.suite_config import NoisePreset, SensorDraws
-from rotor_interfaces.waveform import ACCELERATION_COLUMNS
+from rotor_interfaces.channels import ACCELERATION_COLUMNS
 from rotor_sim.sensors.sensor_config import SensorConfig
 
 PLANES = ('disk', 'brg1', 'brg2')

@@ -10,17 +10,9 @@ from numpy.typing import NDArray
 from rotor_common.errors import WireError
 from rotor_interfaces.messages import sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME
-from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.waveform import BY_TYPE, WAVEFORM_DTYPE, WaveformBlock
 
 _COPIED = tuple(name for name in WAVEFORM_DTYPE.names or () if name not in ('time', 'sample'))
-_DOUBLES = sum(WAVEFORM_DTYPE[name] == np.float64 for name in WAVEFORM_DTYPE.names or ())
-_BY_TYPE = np.dtype(
-    [
-        ('doubles', '<f8', (_DOUBLES,)),
-        ('singles', '<f4', (len(WAVEFORM_DTYPE.names or ()) - _DOUBLES,)),
-    ]
-)
-"""The same bytes as two tables: the columns of float64 stand first."""
 
 
 class Anonymiser:
@@ -55,8 +47,8 @@ class Anonymiser:
         rows = self._listed(block)
         rows['time'] = counted / self._rate_hz
         rows['sample'] = since + counted
-        for part in ('doubles', 'singles'):
-            values = rows.view(_BY_TYPE)[part]
+        for part in BY_TYPE.names or ():
+            values = rows.view(BY_TYPE)[part]
             missing = np.isnan(values)
             if missing.any():
                 values[missing] = math.nan  # a NaN has 51 bits that could tell something

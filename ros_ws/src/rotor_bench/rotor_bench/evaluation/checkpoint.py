@@ -16,17 +16,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import distributions
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rotor_bench.dataset.folder import MANIFEST, write_whole
+from rotor_bench.dataset.folder import MANIFEST
 from rotor_bench.dataset.suite import Flight
 from rotor_bench.evaluation.isolation import place_of_detector
 from rotor_bench.evaluation.outcome import Evaluated, FlightResult
+from rotor_bench.evaluation.suites import Chosen
+from rotor_common.durable_file import write_whole
 from rotor_common.errors import ConfigError
 from vibration_monitor.detectors.protocol import detector_target
-
-if TYPE_CHECKING:
-    from rotor_bench.evaluation.suites import Chosen
 
 _PACKAGES = (
     'maneuver_gen', 'rotor_bench', 'rotor_common', 'rotor_interfaces', 'rotor_recording',
@@ -34,7 +33,7 @@ _PACKAGES = (
 )  # fmt: skip
 
 
-def key_of(chosen: 'Chosen', detectors: Sequence[str]) -> str:
+def key_of(chosen: Chosen, detectors: Sequence[str]) -> str:
     """Return the SHA-256 of everything that decides what the detectors say about the flights.
 
     Raises:

@@ -36,7 +36,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from rotor_bench.evaluation import pipe_protocol, walls
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, WAVEFORM_DTYPE, WaveformBlock
+from rotor_interfaces.channels import CHANNEL_COLUMNS
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
 from vibration_monitor.detectors.protocol import (
     GROUP,
     Detector,

@@ -13,10 +13,10 @@ from typing import Any
 
 from rich.table import Table
 
-from rotor_bench.dataset.folder import write_whole
 from rotor_bench.evaluation.outcome import Evaluated, FlightResult
 from rotor_bench.evaluation.summary import GOAL_CRACK, GOAL_GROWTH, summary
 from rotor_common.console import folding_table
+from rotor_common.durable_file import write_whole
 from rotor_common.plain_data import without_nan
 from rotor_common.versions import versions
 

@@ -17,9 +17,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from rotor_bench.dataset.stream import fly
 from rotor_bench.dataset.suite import Flight, Machine, batches
 from rotor_bench.evaluation.anonymous import Anonymiser
 from rotor_bench.evaluation.checkpoint import Parts
@@ -27,28 +26,13 @@ from rotor_bench.evaluation.detector_process import die_with_parent
 from rotor_bench.evaluation.exchange import Stream
 from rotor_bench.evaluation.isolation import SILENCE_S, DetectorProcess, Sandbox
 from rotor_bench.evaluation.outcome import Evaluated, FlightResult, Watch
+from rotor_bench.evaluation.sources import Source
 from rotor_bench.evaluation.walls import text as walls_text
 from rotor_common.errors import ProcessError, RigError
 from rotor_interfaces.waveform import WaveformBlock
 
 OnFlights = Callable[[int, float], None]
 """Takes how many flights have been flown now, and their length together in s."""
-
-
-class Source(Protocol):
-    """Where the blocks of flights come from."""
-
-    def fly(self, flights: Sequence[Flight]) -> Iterator[Sequence[WaveformBlock]]:
-        """Yield the next block of each flight until they end together."""
-
-
-class Simulated:
-    """Flights are simulated as they are needed."""
-
-    def fly(self, flights: Sequence[Flight]) -> Iterator[list[WaveformBlock]]:
-        """Yield what the sensors say, block after block."""
-        for blocks in fly(flights, flights[0].suite.block_samples):
-            yield [WaveformBlock(0, block.rows) for block in blocks]
 
 
 @dataclass(frozen=True)

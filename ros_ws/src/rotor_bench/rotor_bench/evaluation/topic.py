@@ -24,7 +24,8 @@ from typing import Any
 from rotor_bench.dataset.suite import Flight, Machine
 from rotor_bench.evaluation.anonymous import Anonymiser
 from rotor_bench.evaluation.outcome import Evaluated, FlightResult, Outcome, Watch
-from rotor_bench.evaluation.runner import OnFlights, Source, crack_course
+from rotor_bench.evaluation.runner import OnFlights, crack_course
+from rotor_bench.evaluation.sources import Source
 from rotor_common.errors import ConfigError, ProcessError
 from rotor_interfaces import access, messages, topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns

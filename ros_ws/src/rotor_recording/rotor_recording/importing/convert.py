@@ -16,10 +16,16 @@ from numpy.typing import NDArray
 from rotor_common.constants import MIN_SAMPLES_PER_CYCLE, OFFLINE_EPOCH_NS, STANDARD_GRAVITY_M_S2
 from rotor_common.versions import versions
 from rotor_interfaces import messages, topics
-from rotor_interfaces.channels import is_acceleration, is_channel
+from rotor_interfaces.channels import (
+    CHANNEL_COLUMNS,
+    COLUMN_UNITS,
+    channel_unit,
+    is_acceleration,
+    is_channel,
+)
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns
 from rotor_interfaces.topics import ROTOR_FRAME
-from rotor_interfaces.waveform import CHANNEL_COLUMNS, COLUMN_UNITS, WaveformBlock, encode
+from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
 from rotor_recording.errors import ImportFileError
 from rotor_recording.importing.files import open_file
 from rotor_recording.importing.foreign import ForeignFile
@@ -283,10 +289,9 @@ def _unit(plan: ImportPlan, file: ForeignFile, channel: str) -> tuple[str, float
     except ValueError:
         kind = 'an acceleration' if is_acceleration(channel) else 'a displacement'
         why = f'but {channel} is {kind}' if text in other else 'which is not known'
-        si = 'm/s^2' if is_acceleration(channel) else 'm'
         raise ImportFileError(
             f'--unit {text} stands for {channel}, {why}; allowed: {", ".join(known)}, or the '
-            f'number of {si} that 1 of the file is'
+            f'number of {channel_unit(channel)} that 1 of the file is'
         ) from None
     if not (math.isfinite(factor) and factor != 0):
         raise ImportFileError(f'--unit {text} is no factor; allowed: a number other than 0')
@@ -296,7 +301,7 @@ def _unit(plan: ImportPlan, file: ForeignFile, channel: str) -> tuple[str, float
 def _column_units(units: Mapping[str, tuple[str, float]], *, with_angle: bool) -> dict[str, str]:
     names = ('time', 'sample', 'angle') if with_angle else ('time', 'sample')
     return {name: COLUMN_UNITS[name] for name in names} | {
-        name: UNKNOWN if unit == UNKNOWN else 'm/s^2' if is_acceleration(name) else 'm'
+        name: UNKNOWN if unit == UNKNOWN else channel_unit(name)
         for name, (unit, _) in units.items()
     }
 
@@ -307,9 +312,9 @@ def _rows(
     rate_hz: int,
     shaft: Shaft | None,
 ) -> NDArray[np.void]:
-    kinds = [('time', '<f8'), ('sample', '<f8')]
-    kinds += [('angle', '<f8')] if shaft is not None else []
+    heads = ('time', 'sample') if shaft is None else ('time', 'sample', 'angle')
     count = len(next(iter(columns.values())))
+    kinds = [(name, WAVEFORM_DTYPE[name]) for name in heads]
     rows = np.empty(count, [*kinds, *((name, '<f4') for name in columns)])
     rows['sample'] = np.arange(count)
     rows['time'] = rows['sample'] % BLOCK_SAMPLES / rate_hz  # since the stamp of its message

@@ -33,7 +33,7 @@ class Lane:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Stretch:
     """Consecutive samples of one rotor before they are integrated.
 
     `state` (12,) holds at `first_sample`: y, z, y1, z1, y2, z2 in m and their rates in m/s.
@@ -50,7 +50,7 @@ class Plan:
     load: Array
 
 
-def integrate(plans: Sequence[Plan], lanes: int) -> tuple[Array, Array]:
+def integrate(plans: Sequence[Stretch], lanes: int) -> tuple[Array, Array]:
     """Return the rows (plans, n, OUTPUTS) and the states (plans, 12) after the last sample.
 
     The plans agree in first sample, length and `Lane.shared`; `lanes` is at least their number and

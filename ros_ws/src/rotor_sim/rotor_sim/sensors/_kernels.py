@@ -16,13 +16,17 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from rotor_common.constants import LANES
-from rotor_sim.sensors._plain import (
+from rotor_sim.sensors._noiseless_kernels import (
+    BESIDE_LOAD,
     BIAS,
     CHANNELS,
     CROSS,
     DEVIATION,
     GAIN,
+    KEYPHASOR,
+    LOAD,
     OFF_SAMPLES,
+    VIBRATIONS,
     WALK_STEP,
     cos_sin,
     inline,
@@ -44,10 +48,10 @@ SECTION = 18
 AT_REST = SECTION + 5 * SECTIONS
 STATE = AT_REST + 2 * SECTIONS
 ROWS = STATE + 2 * SECTIONS
-"""Rows of what `sense` knows of the channels, LANES numbers each. First `errors`, see `_plain`; the
-walk at the knots around the next sample; the filtered sample before; the factors of cos and sin of
-orders 1, 2, 3 in the runout; b0, b1, b2, a1, a2 of the sections; their states under a constant 1;
-their states."""
+"""Rows of what `sense` knows of the channels, LANES numbers each. First `errors`, see
+`_noiseless_kernels`; the walk at the knots around the next sample; the filtered sample before; the
+factors of cos and sin of orders 1, 2, 3 in the runout; b0, b1, b2, a1, a2 of the sections; their
+states under a constant 1; their states."""
 
 TILE = 256
 WALK_SAMPLES = TILE
@@ -198,10 +202,10 @@ def faulty_pulses(
         value = pulse(angle[n], half_width, volt)
         if value > 0.0:
             turn = turns[n] + 1 if angle[n] > math.pi else turns[n]
-            if uniform(seed, CHANNELS - 2, MISSED, turn) < missed:
+            if uniform(seed, KEYPHASOR, MISSED, turn) < missed:
                 value = 0.0
         late = abs(angle[n] - offset)
-        if late < half_width and uniform(seed, CHANNELS - 2, DOUBLE, turns[n]) < double:
+        if late < half_width and uniform(seed, KEYPHASOR, DOUBLE, turns[n]) < double:
             value += pulse(late, half_width, volt)
         out[n] = value
 
@@ -212,11 +216,11 @@ def _couple(known: Array, clean: Array, tile: Array) -> None:
     cross = known[CROSS * LANES : CROSS * LANES + CHANNELS]
     for n in range(clean.shape[0]):
         row = n * LANES
-        for c in range(0, 10, 2):  # y and z of one place
+        for c in range(0, VIBRATIONS, 2):  # y and z of one place
             tile[row + c] = clean[n, c] + cross[c] * clean[n, c + 1]
             tile[row + c + 1] = clean[n, c + 1] + cross[c + 1] * clean[n, c]
-        tile[row + 10] = clean[n, 10]
-        tile[row + 11] = clean[n, 11] + cross[11] * clean[n, 12]
+        tile[row + KEYPHASOR] = clean[n, KEYPHASOR]
+        tile[row + LOAD] = clean[n, LOAD] + cross[LOAD] * clean[n, BESIDE_LOAD]
         for c in range(CHANNELS, LANES):
             tile[row + c] = 0.0
 

@@ -16,45 +16,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_common.constants import LANES
-from rotor_interfaces.waveform import (
-    ACCELERATION_COLUMNS,
-    CHANNEL_COLUMNS,
-    DISPLACEMENT_COLUMNS,
-    WAVEFORM_DTYPE,
-)
-from rotor_sim.sensors import _kernels, _plain
+from rotor_interfaces.channels import CHANNELS
+from rotor_interfaces.waveform import WAVEFORM_DTYPE
+from rotor_sim.sensors import _kernels, _noiseless_kernels
+from rotor_sim.sensors._noiseless_kernels import COLUMNS, KEYPHASOR
 from rotor_sim.sensors.housing import at_rest, matrices
 from rotor_sim.sensors.imu import ImuDecimator, ImuSample
 from rotor_sim.sensors.sensor_config import (
-    Channel,
     FixedErrors,
     NoiseLevels,
     ProbeErrors,
     SensorConfig,
+    SensorGroup,
 )
 
 Array = NDArray[np.float64]
 Imu = tuple[tuple[ImuSample, ...], tuple[ImuSample, ...]]
 
-COLUMNS = (*CHANNEL_COLUMNS, 'keyphasor', 'load_y')
-KEYPHASOR, LOAD = COLUMNS.index('keyphasor'), COLUMNS.index('load_y')
 KEYPHASOR_VOLT = 5.0
 KEYPHASOR_WIDTH_RAD = math.radians(12.0)
 FILTER_ORDER = 2 * _kernels.SECTIONS
 """Of the Butterworth low-pass."""
 
-_GROUP = {
-    **dict.fromkeys(DISPLACEMENT_COLUMNS, 'proximity'),
-    **dict.fromkeys(ACCELERATION_COLUMNS, 'accelerometers'),
-    'keyphasor': 'keyphasor',
-    'load_y': 'load',
+_LEVEL: dict[str, str] = {
+    'displacement': 'displacement_noise_m',
+    'acceleration': 'acceleration_noise_m_s2',
+    'load': 'load_noise_m_s2',
 }
-_LEVEL = {
-    **dict.fromkeys(DISPLACEMENT_COLUMNS, 'displacement_noise_m'),
-    **dict.fromkeys(ACCELERATION_COLUMNS, 'acceleration_noise_m_s2'),
-    'load_y': 'load_noise_m_s2',
-}
-"""Level of the recorder noise that each noisy column follows."""
+"""Level of the recorder noise that the noisy columns of a kind follow."""
+_LEVEL_OF = {COLUMNS.index(c.name): _LEVEL[c.kind] for c in CHANNELS if c.kind in _LEVEL}
 
 
 class Measured(NamedTuple):
@@ -75,7 +65,7 @@ class SensorChain:
         self._housing = matrices(config.housing, rate_hz) if config.housing.mass_kg else None
         self._housing_state = np.zeros((4, 3))
         self._known = np.zeros((_kernels.ROWS, LANES))
-        groups = [config.groups[_GROUP[name]] for name in COLUMNS]
+        groups = [config.groups[c.noise_group] for c in CHANNELS if c.noise_group]
         self._lay_out_errors(groups)
         self._lay_out_filter(groups)
         self._lay_out_losses(groups)
@@ -87,12 +77,12 @@ class SensorChain:
         )
         self._faulty = any(self._faults[:2])
         self._senses = bool(self._active.any())
-        limited = np.isfinite(self._known[_plain.RANGE, : len(COLUMNS)])
+        limited = np.isfinite(self._known[_noiseless_kernels.RANGE, : len(COLUMNS)])
         self._active |= (self._loss_rate > 0.0) | limited
         self._active[KEYPHASOR] |= self._faulty
 
-    def _lay_out_errors(self, groups: list[Channel]) -> None:
-        k = _plain
+    def _lay_out_errors(self, groups: list[SensorGroup]) -> None:
+        k = _noiseless_kernels
         errors, off = self._known[:9, : len(COLUMNS)], np.zeros((9, len(COLUMNS)))
         runouts = self._known[_kernels.RUNOUT : _kernels.SECTION, : len(COLUMNS)]
         off[k.GAIN] = 1.0
@@ -120,7 +110,7 @@ class SensorChain:
         self._active = (errors[: k.RANGE] != off[: k.RANGE]).any(axis=0)
         self._active |= runouts.any(axis=0)
 
-    def _lay_out_filter(self, groups: list[Channel]) -> None:
+    def _lay_out_filter(self, groups: list[SensorGroup]) -> None:
         filtered = np.array([group.bandwidth_hz > 0.0 for group in groups])
         sections = self._known[_kernels.SECTION : _kernels.AT_REST].reshape(
             FILTER_ORDER // 2, 5, -1
@@ -131,7 +121,7 @@ class SensorChain:
             sections[:, :, c], at_rest[:, :, c] = _low_pass(groups[c].bandwidth_hz, self._rate)
         self._active |= filtered
 
-    def _lay_out_losses(self, groups: list[Channel]) -> None:
+    def _lay_out_losses(self, groups: list[SensorGroup]) -> None:
         self._loss_rate = np.array([group.dropout_rate / self._rate for group in groups])
         self._loss_length = np.array(
             [max(round(group.dropout_s * self._rate), 1) for group in groups], np.int64
@@ -172,7 +162,7 @@ class SensorChain:
         angle = np.ascontiguousarray(angle)
         clean = np.empty((len(out), len(COLUMNS) + 1))
         truth = np.empty((len(out), WAVEFORM_DTYPE.itemsize // 4), np.float32)
-        _plain.lay_out(
+        _noiseless_kernels.lay_out(
             first_sample,
             float(self._rate),
             0.5 * KEYPHASOR_WIDTH_RAD,
@@ -190,21 +180,21 @@ class SensorChain:
         noisy = {c: levels[k] for c, k in _LEVEL_OF.items() if k in levels} if levels else {}
         if noisy or self._active.any():
             sensed = self._sense(first_sample, clean, turns, angle, noisy=noisy, raw=raw)
+        rows = _rows(raw)
         if not self._config.encoder:
-            raw.view(np.float64)[:, 2] = np.nan
+            rows['angle'] = np.nan
         self._started = True
-        imu = self._imu_samples(sensed, out)
-        return Measured(_rows(raw), _rows(truth), imu)
+        return Measured(rows, _rows(truth), self._imu_samples(sensed, out))
 
     def _housing_acceleration(self, out: Array) -> Array:
         """Return what the accelerometers sit on, (n, 4); (0, 4) where that is the journals."""
         if self._housing is None:
             return np.empty((0, 4))
-        force = np.ascontiguousarray(out[:, 12:16])
+        force = np.ascontiguousarray(out[:, _noiseless_kernels.OUT_FORCE :][:, :4])
         if not self._started:
             self._housing_state = at_rest(self._config.housing, force[0])
         acceleration = np.empty_like(force)
-        _plain.housing(self._housing, self._housing_state, force, acceleration)
+        _noiseless_kernels.housing(self._housing, self._housing_state, force, acceleration)
         return acceleration
 
     def _sense(
@@ -255,16 +245,17 @@ class SensorChain:
                 self._next_loss,
                 work,
             )
-        _plain.convert(self._known.ravel(), active, work.ravel(), raw)
+        _noiseless_kernels.convert(self._known.ravel(), active, work.ravel(), raw)
         return work
 
     def _imu_samples(self, sensed: Array, out: Array) -> Imu:
         """Return the bearings' IMUs: sensed acceleration minus apparent gravity, decimated."""
         if self._imu is None:
             return (), ()
-        specific_force = sensed[:, 6:10].copy()
-        specific_force[:, 0::2] -= out[:, 10:11]
-        specific_force[:, 1::2] -= out[:, 11:12]
+        k = _noiseless_kernels
+        specific_force = sensed[:, k.ACCELERATIONS : k.VIBRATIONS].copy()
+        by_place = specific_force.reshape(len(out), -1, 2)
+        by_place -= out[:, None, k.OUT_LOAD : k.OUT_FORCE]
         first, values = self._imu.push(specific_force)
         done = list(enumerate(values.tolist(), first))
         return (
@@ -280,9 +271,6 @@ def _low_pass(bandwidth_hz: float, rate_hz: int) -> tuple[Array, Array]:
 
     sections = signal.butter(FILTER_ORDER, bandwidth_hz, fs=rate_hz, output='sos')
     return sections[:, [0, 1, 2, 4, 5]], signal.sosfilt_zi(sections)
-
-
-_LEVEL_OF = {COLUMNS.index(name): level for name, level in _LEVEL.items()}
 
 
 def _rows(raw: NDArray[np.float32]) -> NDArray[np.void]:

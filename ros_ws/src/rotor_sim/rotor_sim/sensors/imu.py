@@ -52,7 +52,7 @@ class ImuDecimator:
 
     def push(self, channels: Array) -> tuple[int, Array]:
         """Take the next samples (n, 4); return what is complete: first index and values (m, 4)."""
-        from rotor_sim.sensors import _plain  # noqa: PLC0415 - numba is slow to import
+        from rotor_sim.sensors import _noiseless_kernels  # noqa: PLC0415 - numba is slow to import
 
         self._append(channels)
         index, starts, rows = self._next, [], []
@@ -67,7 +67,7 @@ class ImuDecimator:
             rows.append(self._row(rest))
             self._next += 1
         out = np.empty((len(starts), 4))
-        _plain.decimate(
+        _noiseless_kernels.decimate(
             self._kept, self._taps, np.array(starts, np.int64), np.array(rows, np.int64), out
         )
         return index, out

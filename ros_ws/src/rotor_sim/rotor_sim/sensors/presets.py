@@ -6,6 +6,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from rotor_common.constants import STANDARD_GRAVITY_M_S2
+from rotor_interfaces.channels import ACCELERATION_COLUMNS
 
 Preset = Literal[
     'none',
@@ -93,7 +94,7 @@ def _accelerometers(
         'accelerometers.bits': bits,
         'accelerometers.jitter_s': Number(1e-7, _CLOCK),
     }
-    for i, name in enumerate(('brg1_ay', 'brg1_az', 'brg2_ay', 'brg2_az')):
+    for i, name in enumerate(ACCELERATION_COLUMNS):
         entry[f'accelerometers.{name}.cross_axis'] = cross[i]
         entry[f'accelerometers.{name}.scale_error'] = scale[i]
     return entry

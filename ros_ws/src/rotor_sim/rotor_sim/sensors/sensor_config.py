@@ -29,7 +29,7 @@ class NoiseLevels(ConfigModel):
     )
 
 
-class Channel(ConfigModel):
+class SensorGroup(ConfigModel):
     """What all channels of one kind share; [u] is COLUMN_UNIT, the unit of their columns."""
 
     COLUMN_UNIT: ClassVar[str]
@@ -106,7 +106,7 @@ class ProbeErrors(FixedErrors):
     )
 
 
-class Proximity(Channel):
+class Proximity(SensorGroup):
     """The six proximity probes."""
 
     COLUMN_UNIT = 'm'
@@ -119,7 +119,7 @@ class Proximity(Channel):
     brg2_z: ProbeErrors = pydantic.Field(default=ProbeErrors(), description='errors of the probe')
 
 
-class Accelerometers(Channel):
+class Accelerometers(SensorGroup):
     """The four accelerometers."""
 
     COLUMN_UNIT = 'm/s^2'
@@ -130,7 +130,7 @@ class Accelerometers(Channel):
     brg2_az: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
 
 
-class LoadSensor(Channel):
+class LoadSensor(SensorGroup):
     """The sensor of the apparent gravity."""
 
     COLUMN_UNIT = 'm/s^2'
@@ -138,7 +138,7 @@ class LoadSensor(Channel):
     load_y: FixedErrors = pydantic.Field(default=FixedErrors(), description='errors of the sensor')
 
 
-class Keyphasor(Channel):
+class Keyphasor(SensorGroup):
     """The key-phasor's probe."""
 
     COLUMN_UNIT = 'V'
@@ -192,7 +192,7 @@ class SensorConfig(NoiseLevels):
     )
 
     @property
-    def groups(self) -> dict[str, Channel]:
+    def groups(self) -> dict[str, SensorGroup]:
         """The kinds of channels by their keys."""
         return {
             'proximity': self.proximity,

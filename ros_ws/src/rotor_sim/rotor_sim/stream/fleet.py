@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rotor_common.constants import LANES
 from rotor_sim.errors import IntegrationError, RotorError
-from rotor_sim.plant.integration import Plan, integrate
+from rotor_sim.plant.integration import Stretch, integrate
 from rotor_sim.stream.load_grid import LoadGrid
 from rotor_sim.stream.simulator import RotorSimulator, SimulatedBlock
 
@@ -74,7 +74,7 @@ def _check_alike(simulators: Sequence[RotorSimulator], grids: Sequence[LoadGrid]
                 )
 
 
-def _integrated(plans: Sequence[Plan]) -> list[tuple[Array, Array]]:
+def _integrated(plans: Sequence[Stretch]) -> list[tuple[Array, Array]]:
     """Return the rows and the state after them of every plan, in order."""
     results: dict[int, tuple[Array, Array]] = {}
     for places, lanes in _groups(plans):
@@ -83,7 +83,7 @@ def _integrated(plans: Sequence[Plan]) -> list[tuple[Array, Array]]:
     return [results[place] for place in range(len(plans))]
 
 
-def _groups(plans: Sequence[Plan]) -> Iterable[tuple[Sequence[int], int]]:
+def _groups(plans: Sequence[Stretch]) -> Iterable[tuple[Sequence[int], int]]:
     """Yield which plans to integrate together, and in how many lanes."""
     kinds: dict[object, list[int]] = {}
     for place, plan in enumerate(plans):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 from rotor_sim.errors import IntegrationError, RotorError
-from rotor_sim.plant.integration import Lane, Plan, integrate
+from rotor_sim.plant.integration import Lane, Stretch, integrate
 from rotor_sim.plant.statics import static_equilibrium
 from rotor_sim.rotor_config import LiveParameters, ParameterChange, RotorSimConfig
 from rotor_sim.sensors import ImuSample
@@ -137,7 +137,7 @@ class RotorSimulator:
         self.check(plan, rows[0], states[0])
         return self.finish(plan, rows[0], states[0])
 
-    def plan(self, n_samples: int, load_grid: LoadGrid) -> Plan:
+    def plan(self, n_samples: int, load_grid: LoadGrid) -> Stretch:
         """Return what the next `n_samples` samples need; the first part of `advance`.
 
         Raises what `advance` raises, but for a divergence after the start-up.
@@ -151,7 +151,7 @@ class RotorSimulator:
         self.prepare(load_grid)
         return self._planned(first, n_samples, load)
 
-    def finish(self, plan: Plan, out: Array, state: Array) -> SimulatedBlock:
+    def finish(self, plan: Stretch, out: Array, state: Array) -> SimulatedBlock:
         """Return the block of a plan that has been integrated and go on after it.
 
         `out` (n, OUTPUTS) are the sampled rows, see `_kernels`; `state` (12,) that after the last.
@@ -172,7 +172,7 @@ class RotorSimulator:
         self.next_sample += len(out)
         return block
 
-    def _planned(self, first: int, count: int, load: Array) -> Plan:
+    def _planned(self, first: int, count: int, load: Array) -> Stretch:
         speed = self._schedules['speed_target_rad_s']
         crack = self._schedules['crack_stiffness_ratio']
         turns, angle = speed.angles(first, count)
@@ -183,7 +183,7 @@ class RotorSimulator:
         drive[:, 1] = (cage_turns - np.floor(cage_turns)) * (2.0 * np.pi) + ratio * angle
         drive[:, 2], drive[:, 3] = speed.values(first, count)
         drive[:, 4], drive[:, 5] = crack.values(first, count)
-        return Plan(self._rotor(), first, self._state, turns, drive, load)
+        return Stretch(self._rotor(), first, self._state, turns, drive, load)
 
     def _rotor(self) -> Lane:
         """Return what the integrator knows of this rotor."""
@@ -199,7 +199,7 @@ class RotorSimulator:
             )
         return self._lane
 
-    def check(self, plan: Plan, out: Array, state: Array) -> None:
+    def check(self, plan: Stretch, out: Array, state: Array) -> None:
         """Raise IntegrationError for rows or a state after them that no rotor can have.
 
         Not finite, or outside the bearings: never to be handed out. Nothing has moved then.

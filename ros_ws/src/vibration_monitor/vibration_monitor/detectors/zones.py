@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_common.tapers import hann
-from rotor_interfaces.waveform import ACCELERATION_COLUMNS, WaveformBlock
+from rotor_interfaces.channels import ACCELERATION_COLUMNS
+from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.detectors.protocol import SILENT, Verdict
 from vibration_monitor.persistence import Persistence
 

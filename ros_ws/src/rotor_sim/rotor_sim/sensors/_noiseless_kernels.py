@@ -13,12 +13,31 @@ from numpy.typing import NDArray
 
 from rotor_common import machine_code
 from rotor_common.constants import LANES
+from rotor_interfaces import channels
+from rotor_interfaces.waveform import WAVEFORM_DTYPE
 
 Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
-CHANNELS = 12
-"""Measured columns: six displacements, four accelerations, key-phasor, load_y; as in the rows."""
+COLUMNS = tuple(channel.name for channel in channels.CHANNELS if channel.noise_group)
+"""What sensors with noise measure, in the order of the rows: the vibrations come first."""
+
+CHANNELS = len(COLUMNS)
+VIBRATIONS = len(channels.CHANNEL_COLUMNS)
+ACCELERATIONS = COLUMNS.index(channels.ACCELERATION_COLUMNS[0])
+"""Place of the first acceleration."""
+KEYPHASOR, LOAD = COLUMNS.index('keyphasor'), COLUMNS.index('load_y')
+BESIDE_LOAD = CHANNELS
+"""Place of load_z behind them, which no sensor tells."""
+
+OUT_LOAD = VIBRATIONS
+OUT_FORCE = OUT_LOAD + 2
+"""Columns of what the integrator wrote: vibrations as here, load in y and z, contact forces."""
+
+TIME, SAMPLE, ANGLE = map(tuple(channels.COLUMN_UNITS).index, ('time', 'sample', 'angle'))
+"""Places in a row as float64."""
+FIRST = WAVEFORM_DTYPE.fields[COLUMNS[0]][1] // 4  # type: ignore[index]
+"""Place of COLUMNS in a row as float32."""
 
 CROSS, GAIN, BIAS, WALK_STEP, DEVIATION, OFF_SAMPLES, RANGE, STEP, STEPS = range(9)
 """Rows of `errors`: part of the other axis; factor; bias; standard deviations of a step of the
@@ -116,19 +135,19 @@ def lay_out(
 
     """
     for n in range(angle.shape[0]):
-        for c in range(10):
+        for c in range(VIBRATIONS):
             clean[n, c] = out[n, c]
         if acceleration.shape[0] > 0:
-            for c in range(4):
-                clean[n, 6 + c] = acceleration[n, c]
-        clean[n, 10] = pulse(angle[n], half_width, volt)
-        clean[n, 11] = out[n, 10]
-        clean[n, 12] = out[n, 11]
-        heads[n, 0] = n / rate
-        heads[n, 1] = first + n
-        heads[n, 2] = turns[n] * _TWO_PI + angle[n]
+            for c in range(VIBRATIONS - ACCELERATIONS):
+                clean[n, ACCELERATIONS + c] = acceleration[n, c]
+        clean[n, KEYPHASOR] = pulse(angle[n], half_width, volt)
+        clean[n, LOAD] = out[n, OUT_LOAD]
+        clean[n, BESIDE_LOAD] = out[n, OUT_LOAD + 1]
+        heads[n, TIME] = n / rate
+        heads[n, SAMPLE] = first + n
+        heads[n, ANGLE] = turns[n] * _TWO_PI + angle[n]
         for c in range(CHANNELS):
-            values[n, 6 + c] = clean[n, c]
+            values[n, FIRST + c] = clean[n, c]
 
 
 @jit
@@ -177,7 +196,7 @@ def convert(
             work[row + c] = high if value > high else value
         for c in range(CHANNELS):
             if active[c]:
-                values[n, 6 + c] = work[row + c]
+                values[n, FIRST + c] = work[row + c]
 
 
 @jit
