@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
 """Draw the picture of docs/library.md: what its first lines plot."""
@@ -19,7 +18,7 @@ def main() -> None:
     flight = rig.simulate(rig.scenario('climb_dive', crack_stiffness_ratio=0.15), duration_s=20)
     figure, (above, below) = plt.subplots(2, 1, figsize=(8.0, 6.0), layout='constrained')
     flight.disk_z.plot(ax=above, linewidth=0.3)
-    rig.monitor(flight, extras=['crack']).crack_ratio.plot(ax=below, marker='.')
+    rig.monitor(flight).crack_ratio.plot(ax=below, marker='.')
     path = Path(__file__).parent / 'images' / 'library.png'
     figure.savefig(path, dpi=100, metadata={'Software': None})
 

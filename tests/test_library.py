@@ -13,10 +13,11 @@ import xarray
 
 import rotor_rig as rig
 from rotor_common.errors import RigError
+from rotor_common.plain_data import parse_yaml
 from rotor_dynamics import survey, sweep
 from rotor_recording.reading import Recording
 from rotor_rig import pipeline
-from rotor_rig.scenario import Scenario, load_scenario
+from rotor_rig.scenario import Scenario
 from vibration_monitor.monitor import VibrationMonitor
 
 PAGE = (Path(__file__).parents[1] / 'docs' / 'library.md').read_text('utf-8')
@@ -28,7 +29,7 @@ K = rig.Sweep('K', [0.0, 0.1])
 
 @pytest.fixture(scope='module')
 def scenario() -> Scenario:
-    return rig.scenario('climb_dive', K=0.15, duration_s=1.0, seed=3)
+    return rig.scenario('climb_dive', K=0.15, duration_s=2.0, seed=3)
 
 
 @pytest.fixture(scope='module')
@@ -92,13 +93,13 @@ def test_the_bytes_are_those_of_the_pipeline(
         assert found.values.tobytes() == np.array([r.value(name) for r in records]).tobytes(), name
     truth = [step.block.truth['crack_stiffness_ratio'] for step in steps]
     assert flight.truth_crack_stiffness_ratio.values.tolist() == truth == [0.15] * len(steps)
-    assert Scenario.from_mapping(rig.scenario('climb_dive').plain())
-    assert flight.attrs['scenario'] == load_scenario('climb_dive').yaml() or flight.scenario
+    again = Scenario.from_mapping(parse_yaml(flight.attrs['scenario']))
+    assert again.plain()['rotor']['crack_stiffness_ratio'] == 0.15
 
 
 def test_monitor_of_a_flight_is_what_the_flight_says(flight: xarray.Dataset) -> None:
     xarray.testing.assert_equal(rig.monitor(flight), indicators(flight))
-    part = rig.monitor(flight.sel(time=slice(0.3, None)))
+    part = rig.monitor(flight.sel(time=slice(0.5, None)))
     assert 0 < part.sizes['window_time'] < flight.sizes['window_time']
     with pytest.raises(RigError, match='no waveform to monitor'):
         rig.monitor(indicators(flight))
@@ -157,7 +158,7 @@ def test_studies_are_the_survey() -> None:
     [
         ({'crack_stifness_ratio': 0.1}, "did you mean 'crack_stiffness_ratio'"),
         ({'K': 0.7}, 'allowed: 0 to 0.5'),
-        ({'qqq': 1}, 'allowed: G?'),
+        ({'qqq': 1}, 'allowed: K, '),
     ],
 )
 def test_a_wrong_change_is_one_sentence(changes: dict[str, Any], sentence: str) -> None:

@@ -21,7 +21,7 @@ a dimension of its own, so take `drop_dims` or a few variables of one before `to
 import difflib
 import itertools
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -153,9 +153,8 @@ def simulate(
         'versions': json.dumps(versions()),
         'start_ns': str(scenario.epoch_ns),
     }
-    return xarray.merge(
-        [run, xarray.Dataset({**truth, **load}, coords), found], combine_attrs='drop'
-    ).assign_attrs(attrs)
+    rest = xarray.Dataset({**truth, **load}, coords)
+    return xarray.merge([run, rest, found]).assign_attrs(attrs)
 
 
 def recording(path: str | Path, waveform_topic: str | None = None) -> xarray.Dataset:
@@ -188,11 +187,11 @@ def analyze(
         ScenarioError: no block of it can be analyzed.
 
     """
-    return _analyzed(Recording(path, waveform_topic), config, {})
+    return _analyzed(Recording(path, waveform_topic), config)
 
 
 def monitor(
-    flight: xarray.Dataset | Recording, config: MonitorConfig | None = None, **changes: Any
+    flight: xarray.Dataset | Recording, config: MonitorConfig | None = None
 ) -> xarray.Dataset:
     """Return what the monitor says about a waveform: indicators over `window_time`.
 
@@ -200,38 +199,28 @@ def monitor(
         flight: of `simulate` or `recording`, or a part of one (`flight.sel(time=slice(2, 4))`);
             or an open `Recording`.
         config: of the monitor; None: as in the run.
-        changes: keys of that configuration, such as `extras=['crack']`.
 
     Raises:
-        ConfigError: settings that are not allowed.
         ScenarioError: no waveform in it.
         WireError: columns or samples that are no waveform.
 
     """
     if isinstance(flight, Recording):
-        return _analyzed(flight, config, changes)
+        return _analyzed(flight, config)
     if not {'time', *_BESIDE} <= {*flight.variables} or not flight.sizes['time']:
         raise ScenarioError('there is no waveform to monitor: time, sample or time_in_block lacks')
     start_ns = int(flight.attrs.get('start_ns', 0))
     if config is None:
         config = MonitorConfig.of_run({'scenario': parse_yaml(flight.attrs.get('scenario', '{}'))})
-    watch = VibrationMonitor(_changed(config, changes))
+    watch = VibrationMonitor(config)
     records = (r for block in _blocks(flight, start_ns) for r in watch.push(block))
     return _indicators(records, start_ns).assign_attrs(flight.attrs)
 
 
-def _changed(config: MonitorConfig, changes: Mapping[str, Any]) -> MonitorConfig:
-    plain = config.model_dump(mode='json') | dict(changes)
-    return MonitorConfig.from_mapping(plain, 'monitor') if changes else config
-
-
-def _analyzed(
-    source: Recording, config: MonitorConfig | None, changes: Mapping[str, Any]
-) -> xarray.Dataset:
+def _analyzed(source: Recording, config: MonitorConfig | None) -> xarray.Dataset:
     start_ns: int | None = None
     records: list[IndicatorRecord] = []
-    config = config or MonitorConfig.of_run(source.config() or {})
-    watch = VibrationMonitor(_changed(config, changes))
+    watch = VibrationMonitor(config or MonitorConfig.of_run(source.config() or {}))
     for block, windows in pipeline.analyze_blocks(source, watch):
         start_ns = block.stamp_ns if start_ns is None else start_ns
         records += windows
