@@ -301,7 +301,11 @@ def _indicators(records: Iterable[IndicatorRecord], start_ns: int) -> xarray.Dat
     for column, name in enumerate(names):
         source, kind = source_and_kind(name)
         known = find(name)
-        about = {'units': unit_of(name), 'long_name': known.what if known else name}
+        about = {
+            'units': unit_of(name),
+            'long_name': name,
+            'description': known.what if known else '',
+        }
         about |= {'indicator': name, 'source': source, 'kind': kind}
         plain = name.replace('/', '_').replace('.', '_')
         variables[plain] = 'window_time', values[:, column], about
