@@ -559,7 +559,7 @@ def orbit(parameters: RotorParameters, speed: float, direction: Any = 'fixed') -
 def test_up_and_down_find_the_two_motions_of_a_bistable_rotor() -> None:
     figure = RotorParameters.hou2016('figure')
     found = {way: orbit(figure, 431.0, direction=way) for way in ('up', 'down', 'fixed')}
-    width = {way: np.ptp(o.z, axis=1) / o.length_scale_m for way, o in found.items()}
+    width = {way: np.ptp(o.z.values, axis=1) / o.length_scale_m.values for way, o in found.items()}
     assert width['up'][1] < 1.0
     assert width['down'][1] > 5.0
     for way, diagram in found.items():

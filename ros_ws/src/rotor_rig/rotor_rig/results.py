@@ -153,9 +153,8 @@ def simulate(
         'versions': json.dumps(versions()),
         'start_ns': str(scenario.epoch_ns),
     }
-    return xarray.merge(
-        [run, xarray.Dataset({**truth, **load}, coords), found], combine_attrs='drop'
-    ).assign_attrs(attrs)
+    rest = xarray.Dataset({**truth, **load}, coords)
+    return xarray.merge([run, rest, found]).assign_attrs(attrs)
 
 
 def recording(path: str | Path, waveform_topic: str | None = None) -> xarray.Dataset:
@@ -192,7 +191,7 @@ def analyze(
 
 
 def monitor(
-    flight: 'xarray.Dataset | Recording', config: MonitorConfig | None = None
+    flight: xarray.Dataset | Recording, config: MonitorConfig | None = None
 ) -> xarray.Dataset:
     """Return what the monitor says about a waveform: indicators over `window_time`.
 
@@ -211,8 +210,8 @@ def monitor(
     if not {'time', *_BESIDE} <= {*flight.variables} or not flight.sizes['time']:
         raise ScenarioError('there is no waveform to monitor: time, sample or time_in_block lacks')
     start_ns = int(flight.attrs.get('start_ns', 0))
-    if config is None and 'scenario' in flight.attrs:
-        config = MonitorConfig.of_run({'scenario': parse_yaml(flight.attrs['scenario'])})
+    if config is None:
+        config = MonitorConfig.of_run({'scenario': parse_yaml(flight.attrs.get('scenario', '{}'))})
     watch = VibrationMonitor(config)
     records = (r for block in _blocks(flight, start_ns) for r in watch.push(block))
     return _indicators(records, start_ns).assign_attrs(flight.attrs)
@@ -302,7 +301,11 @@ def _indicators(records: Iterable[IndicatorRecord], start_ns: int) -> xarray.Dat
     for column, name in enumerate(names):
         source, kind = source_and_kind(name)
         known = find(name)
-        about = {'units': unit_of(name), 'long_name': known.what if known else name}
+        about = {
+            'units': unit_of(name),
+            'long_name': name,
+            'description': known.what if known else '',
+        }
         about |= {'indicator': name, 'source': source, 'kind': kind}
         plain = name.replace('/', '_').replace('.', '_')
         variables[plain] = 'window_time', values[:, column], about
