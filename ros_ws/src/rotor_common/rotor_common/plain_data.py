@@ -377,7 +377,9 @@ class _Dumper(yaml.SafeDumper):
             is_plain = _plain(text, foreign=False) == text
         except DataError:
             is_plain = False
-        return self.represent_scalar('tag:yaml.org,2002:str', text, None if is_plain else "'")
+        # breaks of a line to YAML 1.1, which only an escape keeps
+        style = '"' if set(text) & set('\x85\u2028\u2029') else None if is_plain else "'"
+        return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 
 
 _Dumper.add_representer(str, _Dumper.represent_text)

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rotor_common.errors import DataError
@@ -68,6 +68,7 @@ def test_any_text_is_data_or_one_error(text: str) -> None:
 
 @settings(deadline=None)
 @given(plain)
+@example({'\x85': 'a\u2028b'})
 def test_what_is_dumped_is_read_again(data: Any) -> None:
     assert same(parse_yaml(dump_yaml(data)), data)
     assert same(parse_yaml(dump_yaml(data), foreign=True), data)
