@@ -35,9 +35,9 @@ from rotor_common.constants import LOAD_STEP_NS, NANOSECONDS
 from rotor_common.plain_data import dump_yaml, parse_yaml
 from rotor_common.versions import versions
 from rotor_dynamics.surveys import ALIASES
-from rotor_interfaces.channels import channel_unit, is_channel, source_and_kind
+from rotor_interfaces.channels import COLUMN_UNITS, channel_unit, is_channel, source_and_kind
 from rotor_interfaces.messages import sample_stamp_ns
-from rotor_interfaces.waveform import COLUMN_UNITS, WaveformBlock
+from rotor_interfaces.waveform import WaveformBlock
 from rotor_recording.reading import Recording, waveform_blocks, waveform_name
 from rotor_rig import pipeline
 from rotor_rig.errors import ScenarioError
