@@ -29,7 +29,7 @@ from rotor_interfaces.waveform import encode
 from rotor_recording.reading import CONFIG_RECORD, Recording, config_record
 from rotor_recording.recording import qos_profiles
 from rotor_recording.replay import begin_ns, latched_before, offer_of, selected, timed
-from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_rig.scenario_model import Scenario, load_scenario, shipped_scenarios
 
 BLOCKS = 6
 VALUES: tuple[Any, ...] = (

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from rotor_bringup.display import RunState
 from rotor_rig.pipeline import simulate
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 from vibration_monitor.crack_model import PROBES
 
 SPEEDS_RAD_S = (220.0, 300.0, 352.0, 431.0, 500.0, 540.0, 580.0, 620.0, 650.0)

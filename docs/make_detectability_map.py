@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from maneuver_gen.load_grid import load_grid
 from rotor_interfaces.waveform import WaveformBlock
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 from rotor_sim.stream import fleet
 from rotor_sim.stream.load_grid import LoadGrid
 from rotor_sim.stream.simulator import RotorSimulator

@@ -20,7 +20,7 @@ from rerun.chunk import RrdReader
 
 from rotor_recording.importing.convert import ImportPlan, convert, write
 from rotor_rig.pipeline import record
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 from rotor_view import style, view_recording
 
 ROOT = Path(__file__).resolve().parents[1]

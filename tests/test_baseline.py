@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from rotor_bringup.cli import app
 from rotor_rig.pipeline import record, simulate
-from rotor_rig.scenario import Scenario, load_scenario
+from rotor_rig.scenario_model import Scenario, load_scenario
 
 DESIGN_RAD_S = math.sqrt(2 * 2.5e7 / 32.1)
 FLIGHT: dict[str, Any] = {

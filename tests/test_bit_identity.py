@@ -16,7 +16,7 @@ from rig_support import LiveRuns, Rig, recorded
 from rotor_interfaces import topics
 from rotor_recording.reading import Recording, waveform_blocks
 from rotor_rig.pipeline import simulate
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 from vibration_monitor.monitor import VibrationMonitor
 from vibration_monitor.monitor_config import MonitorConfig
 

@@ -17,7 +17,7 @@ from rotor_interfaces import messages
 from rotor_interfaces.channels import COLUMN_UNITS
 from rotor_interfaces.topics import TOPICS
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock, encode
-from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_rig.scenario_model import Scenario, load_scenario, shipped_scenarios
 from rotor_view import view_recording
 
 ROOT = Path(__file__).parents[1]

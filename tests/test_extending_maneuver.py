@@ -14,7 +14,7 @@ from maneuver_gen import ManeuverError, load_grid, parse_maneuver
 from maneuver_gen.registry import maneuver_names
 from rotor_common.errors import ConfigError
 from rotor_recording.reading import Recording, waveform_blocks
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 
 PAGE = page('maneuver')
 PULL_UP = {'profile': 'pull_up:PullUp', 'peak': 4.0, 'duration_s': 0.6}

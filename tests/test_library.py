@@ -17,7 +17,7 @@ from rotor_common.plain_data import parse_yaml
 from rotor_dynamics import survey, sweep
 from rotor_recording.reading import Recording
 from rotor_rig import pipeline
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 from vibration_monitor.monitor import VibrationMonitor
 
 PAGE = (Path(__file__).parents[1] / 'docs' / 'library.md').read_text('utf-8')

@@ -124,7 +124,7 @@ def test_the_load_the_truth_and_the_imu_agree(heard: dict[str, list[Any]]) -> No
 def test_the_configuration_is_enough_to_run_it_again(
     heard: dict[str, list[Any]],
 ) -> None:
-    from rotor_rig.scenario import Scenario, load_scenario
+    from rotor_rig.scenario_model import Scenario, load_scenario
 
     config = json.loads(heard['rotor/config'][0].data)
     assert Scenario.from_mapping(config['scenario']) == load_scenario('climb_dive')

@@ -17,7 +17,7 @@ from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock, decode, encode
 from rotor_recording.recording import RecordingWriter
 from rotor_rig.pipeline import simulate
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 
 SPEED_RAD_S = 410.0
 SCENARIO = Scenario.from_mapping(

@@ -22,7 +22,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.topics import Topic
 from rotor_recording.reading import Recording, waveform_blocks
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 
 pytestmark = pytest.mark.slow
 

@@ -13,7 +13,7 @@ from rig_support import Rig, recorded
 from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
 from rotor_recording.reading import Recording
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 
 SOFTER_SHAFT_N_M = 1.5e7
 """Stiffness of a shaft whose crack the monitor did not see while it took the default's."""

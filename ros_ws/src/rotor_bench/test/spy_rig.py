@@ -22,7 +22,7 @@ import numpy as np
 from rotor_bench.dataset.suite import Flight, Machine
 from rotor_bench.evaluation.runner import evaluate
 from rotor_interfaces.waveform import WAVEFORM_DTYPE, WaveformBlock
-from rotor_rig.scenario import Scenario, load_scenario
+from rotor_rig.scenario_model import Scenario, load_scenario
 
 MACHINES, FLIGHTS = 4, 8
 SAMPLES = 512

@@ -29,7 +29,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.topics import Topic
 from rotor_recording.reading import Recording
 from rotor_rig.pipeline import analyze, simulate
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 from vibration_monitor.monitor import VibrationMonitor
 
 OF_A_SIMULATOR = (

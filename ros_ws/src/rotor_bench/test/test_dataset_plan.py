@@ -21,7 +21,7 @@ from rotor_bench.dataset.suite_config import SuiteConfig, load_suite, shipped_su
 from rotor_bench.errors import DatasetError
 from rotor_common.constants import LANES
 from rotor_common.errors import RigError
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 
 STANDARD = plan_suite('standard')
 SMOKE = plan_suite('smoke')

@@ -19,7 +19,7 @@ from rotor_bench.evaluation import runner
 from rotor_bench.evaluation.anonymous import Anonymiser
 from rotor_bench.evaluation.outcome import FlightResult, Outcome, Watch
 from rotor_common.errors import ConfigError
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 
 RATE_HZ = 10_240
 NAMES = ['faulty_detectors:Sound', 'faulty_detectors:RaisesLater', 'faulty_detectors:RaisesInFit']

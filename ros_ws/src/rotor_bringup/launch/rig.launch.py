@@ -18,7 +18,7 @@ from rotor_bringup.live import node_parameters
 from rotor_common.leftovers import OwnFolder, remove_leftovers
 from rotor_interfaces.ros import namespace_arguments
 from rotor_interfaces.run_topics import new_run_id
-from rotor_rig.scenario import DEFAULT_SCENARIO, load_scenario
+from rotor_rig.scenario_model import DEFAULT_SCENARIO, load_scenario
 
 
 def _rig(context: LaunchContext) -> list[Node]:

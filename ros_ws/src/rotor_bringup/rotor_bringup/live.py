@@ -25,7 +25,7 @@ from rotor_common.leftovers import OwnFolder, remove_leftovers
 from rotor_common.versions import versions
 from rotor_interfaces import dds, messages, ros, topics
 from rotor_interfaces.run_topics import RunTopics, new_run_id
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 
 WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']

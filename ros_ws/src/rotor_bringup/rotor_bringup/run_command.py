@@ -17,8 +17,8 @@ from rotor_common.exit_code import ExitCode
 from rotor_common.options import DurationOption, JsonOption, ScenarioArgument
 from rotor_common.out_path import make_folder
 from rotor_interfaces import dds
-from rotor_rig.scenario import DEFAULT_SCENARIO
 from rotor_rig.scenario_commands import scenario_to_run
+from rotor_rig.scenario_model import DEFAULT_SCENARIO
 
 
 def run(

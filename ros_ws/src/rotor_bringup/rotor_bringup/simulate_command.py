@@ -11,8 +11,8 @@ from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 from rotor_common.console import console, print_json, say
 from rotor_common.options import DurationOption, JsonOption, ScenarioArgument
 from rotor_common.out_path import check_file
-from rotor_rig.scenario import DEFAULT_SCENARIO
 from rotor_rig.scenario_commands import scenario_to_run
+from rotor_rig.scenario_model import DEFAULT_SCENARIO
 
 
 def simulate(

@@ -21,7 +21,7 @@ import yaml
 
 from rotor_common.errors import RigError
 from rotor_common.leftovers import remove_leftovers
-from rotor_rig.scenario import DEFAULT_SCENARIO
+from rotor_rig.scenario_model import DEFAULT_SCENARIO
 
 SOURCES = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted(SOURCES.glob('*/launch/*.launch.py'))

@@ -13,7 +13,7 @@ from rotor_bringup.cli import app
 from rotor_recording.reading import Recording
 from rotor_rig.errors import ScenarioError
 from rotor_rig.pipeline import record
-from rotor_rig.scenario import load_scenario
+from rotor_rig.scenario_model import load_scenario
 
 
 @pytest.fixture(scope='module')

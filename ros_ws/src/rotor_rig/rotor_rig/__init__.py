@@ -5,9 +5,7 @@
 The names below are loaded when first used. Results are `xarray.Dataset` with units in the attrs.
 """
 
-import sys
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rotor_common.lazy_names import lazy_names
 
@@ -23,7 +21,7 @@ if TYPE_CHECKING:
     from rotor_dynamics.ensemble import OperatingPoint
     from rotor_dynamics.surveys import Plan
     from rotor_rig.results import analyze, monitor, recording, scenario, simulate
-    from rotor_rig.scenario import Scenario, load_scenario
+    from rotor_rig.scenario_model import Scenario, load_scenario
     from rotor_sim.plant.parameters import RotorParameters
     from vibration_monitor.monitor_config import MonitorConfig
 
@@ -63,21 +61,11 @@ __getattr__ = lazy_names(
         'OperatingPoint': 'rotor_dynamics.ensemble',
         'Plan': 'rotor_dynamics.surveys',
         'RotorParameters': 'rotor_sim.plant.parameters',
-        'Scenario': 'rotor_rig.scenario',
-        'load_scenario': 'rotor_rig.scenario',
+        'Scenario': 'rotor_rig.scenario_model',
+        'load_scenario': 'rotor_rig.scenario_model',
         **dict.fromkeys(_DIAGRAMS, 'rotor_dynamics.diagrams'),
         **dict.fromkeys(
             ('analyze', 'monitor', 'recording', 'scenario', 'simulate'), 'rotor_rig.results'
         ),
     },
 )
-
-
-class _FrontDoor(ModuleType):
-    def __setattr__(self, name: str, value: Any) -> None:
-        # the import of the module rotor_rig.scenario must not cover the function of that name
-        if not (name in __all__ and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _FrontDoor

@@ -17,7 +17,7 @@ from rotor_interfaces.topics import Topic
 from rotor_interfaces.waveform import WaveformBlock
 from rotor_recording.reading import Recording, waveform_blocks, waveform_name
 from rotor_recording.recording import RecordingWriter
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 from rotor_sim.messages import block_messages, config_message
 from rotor_sim.stream.load_grid import LoadGrid
 from rotor_sim.stream.simulator import RotorSimulator, SimulatedBlock

@@ -41,7 +41,7 @@ from rotor_interfaces.waveform import WaveformBlock
 from rotor_recording.reading import Recording, waveform_blocks, waveform_name
 from rotor_rig import pipeline
 from rotor_rig.errors import ScenarioError
-from rotor_rig.scenario import Scenario, load_scenario
+from rotor_rig.scenario_model import Scenario, load_scenario
 from rotor_sim.plant.parameters import RotorParameters
 from rotor_sim.rotor_config import LiveParameters
 from vibration_monitor.indicators.registry import find, unit_of

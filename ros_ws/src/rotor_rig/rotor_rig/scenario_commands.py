@@ -9,7 +9,7 @@ from rich.console import Console
 
 from rotor_common.console import folding_table, print_json, warn
 from rotor_common.options import JsonOption, ScenarioArgument
-from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_rig.scenario_model import Scenario, load_scenario, shipped_scenarios
 
 app = typer.Typer(help=__doc__, no_args_is_help=True)
 

@@ -25,7 +25,7 @@ from rotor_recording.reading import Recording
 from rotor_recording.recording import RecordingWriter
 from rotor_rig.errors import ScenarioError
 from rotor_rig.pipeline import record
-from rotor_rig.scenario import Scenario, load_scenario, shipped_scenarios
+from rotor_rig.scenario_model import Scenario, load_scenario, shipped_scenarios
 from rotor_sim.plant.parameters import OF_THE_VARIANT, RotorParameters
 from rotor_sim.rotor_config import RotorSimConfig
 from vibration_monitor.monitor_config import MonitorConfig

@@ -19,7 +19,7 @@ from rotor_bench.dataset.sensing import sensors
 from rotor_bench.dataset.suite_config import Group, NoisePreset, SuiteConfig, load_suite
 from rotor_bench.errors import DatasetError
 from rotor_common.constants import GRAVITY_M_S2, LANES
-from rotor_rig.scenario import Scenario
+from rotor_rig.scenario_model import Scenario
 
 HIGHEST_SEED = 2**62
 
