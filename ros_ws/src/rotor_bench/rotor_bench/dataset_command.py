@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from rotor_common.console import console, print_json, say
+from rotor_common.console import print_json, say
 from rotor_common.options import JsonOption
 from rotor_common.out_path import check_folder_name
 from rotor_common.progress import interruptible
@@ -38,7 +38,7 @@ def dataset(  # noqa: PLR0917 - typer names them
     check_folder_name(out)
     from rotor_bench.dataset.run import make_dataset
 
-    with interruptible(console, suite, out, quiet=as_json, what_is_done='flights') as progress:
+    with interruptible(suite, out, quiet=as_json, what_is_done='flights') as progress:
         result = make_dataset(
             suite,
             out,

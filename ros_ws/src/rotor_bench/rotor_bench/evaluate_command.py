@@ -14,11 +14,12 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from rotor_common.console import console, print_json, say
+from rotor_common.console import print_json, say
 from rotor_common.errors import ConfigError
 from rotor_common.exit_code import ExitCode
 from rotor_common.interrupt import Interrupted, interruptible
 from rotor_common.out_path import make_folder
+from rotor_common.progress import progress_bar
 
 if TYPE_CHECKING:
     from rotor_bench.evaluation.checkpoint import Parts
@@ -193,14 +194,8 @@ def _say(content: dict[str, Any], file: Path) -> None:
 
 
 def _progress(seconds: float, *, quiet: bool) -> Progress:
-    bar = Progress(
-        TextColumn('{task.completed:.1f} of {task.total:.1f} flight hours'),
-        BarColumn(),
-        TimeRemainingColumn(),
-        console=console,
-        disable=quiet or not console.is_terminal,
-        transient=True,
-    )
+    text = TextColumn('{task.completed:.1f} of {task.total:.1f} flight hours')
+    bar = progress_bar(text, BarColumn(), TimeRemainingColumn(), quiet=quiet)
     bar.add_task('evaluate', total=seconds / 3600)
     return bar
 

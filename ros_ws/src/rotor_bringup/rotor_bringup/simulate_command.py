@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 from rich.progress import Progress, SpinnerColumn, TimeRemainingColumn
 
-from rotor_common.console import console, print_json, say
+from rotor_common.console import print_json, say
 from rotor_common.options import DurationOption, JsonOption, ScenarioArgument
 from rotor_common.out_path import check_file
+from rotor_common.progress import progress_bar
 from rotor_rig.scenario_commands import scenario_to_run
 from rotor_rig.scenario_model import DEFAULT_SCENARIO
 
@@ -35,7 +36,8 @@ def simulate(
     )
     plan = scenario_to_run(scenario, duration)
     state = RunState(plan.duration_s)
-    with _progress(as_json) as progress:
+    columns = SpinnerColumn(), *Progress.get_default_columns()[:-1], TimeRemainingColumn()
+    with progress_bar(*columns, quiet=as_json) as progress:
         task = progress.add_task(plan.name, total=plan.duration_s)
         for step in record(plan, out):
             simulated_s = (step.block.first_sample + len(step.block.rows)) / plan.rate_hz
@@ -48,14 +50,3 @@ def simulate(
     else:
         say(f'recording: {out}')
         say(f'monitor:   {state.conclusion()}')
-
-
-def _progress(quiet: bool) -> Progress:
-    return Progress(
-        SpinnerColumn(),
-        *Progress.get_default_columns()[:-1],
-        TimeRemainingColumn(),
-        console=console,
-        disable=quiet or not console.is_terminal,
-        transient=True,
-    )

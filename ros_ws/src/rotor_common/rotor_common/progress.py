@@ -8,19 +8,31 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 
 from rotor_common import interrupt
+from rotor_common.console import console, say
 from rotor_common.exit_code import ExitCode
 
 OnProgress = Callable[[int, int], None]
 """Takes the points done and the points in total."""
 
 
+def progress_bar(*columns: ProgressColumn, quiet: bool) -> Progress:
+    """Return a bar on the console for remarks; hidden where `quiet` or it is no terminal."""
+    is_hidden = quiet or not console.is_terminal
+    return Progress(*columns, console=console, disable=is_hidden, transient=True)
+
+
 @contextmanager
 def interruptible(
-    console: Console,
     what: str,
     cache: Path | None,
     *,
@@ -32,16 +44,14 @@ def interruptible(
     Nothing is shown where `quiet` or where the console is no terminal.
     """
     done = total = 0
-    bar = Progress(
+    bar = progress_bar(
         TextColumn('{task.description}'),
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn(f'{what_is_done},'),
         TimeRemainingColumn(),
         TextColumn('left'),
-        console=console,
-        disable=quiet or not console.is_terminal,
-        transient=True,
+        quiet=quiet,
     )
 
     def advance(points_done: int, points_in_total: int) -> None:
@@ -62,5 +72,5 @@ def interruptible(
         so_far = 'nothing is done yet'
         if done:
             so_far = f'{done} of {total} {what_is_done} are done; {kept}'
-        console.print(f'stopped: {so_far}', soft_wrap=True, highlight=False, markup=False)
+        say(f'stopped: {so_far}')
         raise typer.Exit(ExitCode.INTERRUPTED) from None

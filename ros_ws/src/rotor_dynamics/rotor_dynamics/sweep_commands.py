@@ -17,7 +17,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from rotor_common.console import console, print_json, say
+from rotor_common.console import print_json, say
 from rotor_common.exit_code import ExitCode
 from rotor_common.options import JsonOption
 from rotor_common.progress import OnProgress, interruptible
@@ -133,7 +133,7 @@ class Analysis(ABC):
         from rotor_dynamics.cluster import check_executor
 
         check_executor(self.scheduler, self.jobs)
-        with interruptible(console, self.name, self.cache, quiet=self.as_json) as on_progress:
+        with interruptible(self.name, self.cache, quiet=self.as_json) as on_progress:
             outcome = self.compute(question, on_progress)
         for path in self.paths:
             save(outcome, path)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from rotor_common.console import console, print_json
+from rotor_common.console import print_json
 from rotor_common.errors import ConfigError
 from rotor_common.options import JsonOption
 from rotor_common.out_path import make_folder
@@ -71,7 +71,7 @@ def paper(
     cached = any(store.folder.glob('*.npz'))
     began = time.perf_counter()
     with (
-        interruptible(console, 'paper', store.folder, quiet=as_json) as on_progress,
+        interruptible('paper', store.folder, quiet=as_json) as on_progress,
         cluster.executor(scheduler, jobs) as executor,
     ):
         outcome = run.make(
