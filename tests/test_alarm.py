@@ -60,7 +60,7 @@ def test_the_default_flight_alarms_with_a_crack_and_only_then(live: LiveRuns) ->
 
 @pytest.mark.slow
 def test_level_flight_has_no_test_signal_and_is_not_called_ok(live: LiveRuns) -> None:
-    run = live('level_healthy', '--rate', 0, '--duration', 8)
+    run = live('level_healthy', '--rate', 0, '--duration', 15)
     assert {level for _, level in alarm_levels(run.folder)} == {'STALE'}
     assert run.summary['worst_alarm'] == 'STALE'
     assert run.summary['judged_windows'] == 0

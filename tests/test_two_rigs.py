@@ -27,7 +27,7 @@ from rotor_rig.scenario_model import load_scenario
 pytestmark = pytest.mark.slow
 
 REFUSAL = 'another source publishes rotor/waveform in this ROS domain'
-LENGTH_S = {'climb_dive': 4, 'level_healthy': 3}
+LENGTH_S = {'climb_dive': 6, 'level_healthy': 3}
 
 
 @dataclass

@@ -196,7 +196,7 @@ def test_a_full_disk_ends_the_recorder_with_one_sentence(
         source.wait_until_recorded()
         for number in range(400):
             source.outputs[topics.WAVEFORM].publish(block_bytes(number))
-            source.peer.spin_for(0.01)
+            source.peer.spin_for(0.02)
             if child.poll() is not None:
                 break
         assert child.wait(300.0) == ExitCode.PROCESS_FAILED
