@@ -3,8 +3,8 @@
 """The shaft angle of a recording, from a constant speed or a tachometer.
 
 `vibration_monitor.keyphasor` does the same for one clean pulse a revolution, sample by sample as it
-comes. Here the whole record is at hand, so that sines, several pulses a revolution and falling edges
-can be read, and a lost pulse is seen from both sides; the two share no step.
+comes. Here the whole record is at hand, so that sines, several pulses a revolution and falling
+edges can be read, and a lost pulse is seen from both sides; the two share no step.
 """
 
 import math
