@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The monitor over a recording: windows, summary, and files of both."""
+"""Runs the monitor over a recording and writes its windows and summary to files."""
 
 import csv
 import json

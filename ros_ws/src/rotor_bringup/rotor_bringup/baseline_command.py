@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The command `rotor-rig baseline`: what healthy recordings teach the crack estimate."""
+"""The command `rotor-rig baseline`: learns a baseline from healthy recordings."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a person sees of a live run: a table on a terminal, one line a second elsewhere."""
+"""Status display of a live run: a table on a terminal, one line a second elsewhere."""
 
 import math
 import time

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""A live run over DDS: processes started, watched from an ordinary node, ended in order."""
+"""Runs the rig live over DDS: starts the node processes, watches them and stops them in order."""
 
 import json
 import signal

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Starting, watching and ending the processes of a live run.
+"""Starts, watches and stops the processes of a live run.
 
 There is no `launch` package on PyPI, so this is the small part of it that the rig needs: one
 parameter file for all nodes, one process a node (or one for all), signals in the right order.

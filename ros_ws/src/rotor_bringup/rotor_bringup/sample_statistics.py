@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the samples of a recording say where it holds no window of revolutions."""
+"""Statistics of the raw samples, for recordings too short for a window of revolutions."""
 
 import math
 from dataclasses import asdict, dataclass

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Results kept on disk under a key of their content, so that a repeated run continues."""
+"""Cache of results on disk, keyed by the question, so that a repeated run continues."""
 
 import dataclasses
 import functools

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of measured motions: what `motion` says, held against the exponent and 2N steps.
+"""Labels of motions: the label of `motion`, checked against the exponent and a run with 2N steps.
 
 A label never contradicts what was computed beside it. Where it would, the motion is undecided and
 the reason says why: chaos without an exponent, for a section that looks chaotic may be the jitter

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages whose bytes differ in a few numbers only, without building each of them.
+"""Serialized messages made from a template: only the numbers that differ are replaced.
 
 The general way (a message object, then its CDR bytes) costs more than integrating the rotor does.
 The tests hold both ways against each other, byte for byte.

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws that depend on their place alone, and grids that use every level equally often."""
+"""Random draws seeded by their place in the suite, and grids that use every level equally often."""
 
 import itertools
 import zlib

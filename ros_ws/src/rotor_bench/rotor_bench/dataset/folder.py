@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of a data set: what it is, which flights are finished, and the manifest."""
+"""The folder of a data set: its description, the journal of finished flights, the manifest."""
 
 import json
 import os

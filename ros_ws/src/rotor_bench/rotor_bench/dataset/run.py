@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Making a data set: which flights, on how many processes, and going on where a run stopped."""
+"""Makes a data set on several processes; a second run continues where the first one stopped."""
 
 import concurrent.futures
 import multiprocessing

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sensors of a machine: the preset's class, own fixed errors, and what a fault changes."""
+"""The sensors of a machine: its preset, its own fixed errors, and the effect of a sensor fault."""
 
 import math
 from typing import Any

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flights in lock-step: block after block of several machines, never a whole flight in memory."""
+"""Simulates several flights in lock-step, block by block; no flight is held in memory."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flying and writing: one self-describing MCAP file a flight, whole or not there at all."""
+"""Simulates flights and writes each to one self-describing MCAP file, complete or absent."""
 
 import hashlib
 import shutil

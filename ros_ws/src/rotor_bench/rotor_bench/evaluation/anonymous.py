@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a detector under test is given of a block: an allow-list, copied into fresh memory."""
+"""Anonymised blocks: the columns a detector under test may see, copied into fresh memory."""
 
 import math
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The evaluation's side of the stream to the process of a detector, and the rules of it.
+"""The parent side of the connection to a detector process, and its protocol rules.
 
 A detector may write what it likes on its end of the socket, so nothing that comes back is trusted:
 a verdict counts only for the block that was sent last, and whatever breaks the rules is the failure

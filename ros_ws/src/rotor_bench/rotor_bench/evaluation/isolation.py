@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Detectors in processes of their own, which know nothing; `child` is their side.
+"""Runs each detector in an isolated process; `detector_process` is the code in that process.
 
 The processes are forked from a server that was started afresh with a clean environment, before it
 could hear of anything, so they inherit no memory, argument, variable, descriptor or folder of the

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What remains of a flight under test: a few numbers for each detector."""
+"""The outcome of one flight under test: a few numbers for each detector."""
 
 import dataclasses
 import math

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bytes between the evaluation and the process of a detector, on a stream socket.
+"""The byte protocol between the evaluation and a detector process, over a stream socket.
 
 There: a head (stamp in ns, number of rows) and the rows of a block; 0 rows end a flight, and
 a stamp of -1 then ends the stream. Before a flight under test stands what fit has learnt, its

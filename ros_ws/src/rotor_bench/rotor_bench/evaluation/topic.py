@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Any ROS 2 node as a detector: flights are replayed over DDS, its alarm is listened to.
+"""Evaluates any ROS 2 node: replays flights over DDS and records its alarm topic.
 
 The node sees the topic rotor/waveform with anonymous blocks, and /clock; nothing else is
 published. It is a process of the user's, whose access to files is not restricted.

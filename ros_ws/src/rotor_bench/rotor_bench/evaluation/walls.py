@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands around the process of a detector, and what this machine cannot put up.
+"""The sandbox of a detector process, and which parts of it this machine lacks.
 
 A `Walls` is {name: why it does not stand}, '' where it stands. Every wall is tried on its own: one
 that the kernel, or a container, does not grant is named in the report and stops nothing.
