@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Is a motion periodic, quasi-periodic or chaotic? A label from a section, with its evidence.
+"""Classifies a motion from its Poincare section: periodic, quasi-periodic or chaotic.
 
 A section is the displacement (y, z) once a revolution, m points (300 serve; below SHORTEST only
 periodic motion is recognised). Three views of it, none of which needs the equations:

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the analysis commands compute, and what they say about it."""
+"""Runs the analyses behind the commands and describes their results."""
 
 from collections import Counter
 from collections.abc import Iterator

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What people write behind the options of the analysis commands, read or refused."""
+"""Parses and checks the values of --over, --against and --set."""
 
 import math
 from collections.abc import Mapping

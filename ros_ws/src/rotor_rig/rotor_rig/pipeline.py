@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The house without ROS: scenario -> load grid -> simulator -> monitor, block after block."""
+"""Offline run without ROS: scenario -> load grid -> simulator -> monitor, block by block."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

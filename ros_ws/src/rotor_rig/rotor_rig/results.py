@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs and recordings as `xarray.Dataset`: the offline pipeline, its arrays named and with units.
+"""Runs and recordings as `xarray.Dataset`, with named dimensions and units.
 
 Every variable says its `units` (SI, '1' for a pure number) and `long_name`. Each kind of data has
 a dimension of its own, so take `drop_dims` or a few variables of one before `to_dataframe`:

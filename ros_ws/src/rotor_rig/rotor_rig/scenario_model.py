@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenario files: one YAML describes a run, live and offline alike."""
+"""Scenarios: one YAML file describes a run, live or offline."""
 
 import copy
 import json

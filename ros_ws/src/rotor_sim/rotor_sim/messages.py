@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulator says about one block, as messages of either world."""
+"""The messages of one simulated block, for ROS and for files."""
 
 import json
 from collections.abc import Iterator, Mapping

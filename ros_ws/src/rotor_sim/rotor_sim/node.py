@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Node `rotor_sim`: integrates block after block as the load grid and the credits allow.
+"""Node `rotor_sim`: integrates the next block once the load grid and the credits reach it.
 
 Thin adapter around `RotorSimulator`: it feeds the grid in, publishes what comes out, and keeps
 the three rules of the co-simulation: never past the grid, never more than a window ahead of the

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From what the rotor does to what the sensors say, block after block; see docs/sensors.md.
+"""The sensor chain: turns rotor states into sensor readings, block by block; docs/sensors.md.
 
 Order of the effects: housing and pulse faults (the quantity itself), cross-axis, runout, scale,
 bias and its walk, noise, low-pass filter, sampling jitter, recorder noise, range and steps of the

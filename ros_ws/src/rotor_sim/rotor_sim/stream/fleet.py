@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many simulators together: the bytes that each gives alone, several times faster."""
+"""Simulates many rotors side by side: the same bytes as one by one, several times faster."""
 
 from collections.abc import Iterable, Sequence
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The streaming simulator: load grid in, blocks out, the same bits for any block size."""
+"""The streaming simulator: load grid in, blocks out; the bits do not depend on block size."""
 
 import math
 from dataclasses import dataclass
