@@ -454,6 +454,7 @@ def documented(language: str) -> list[str]:
     return re.findall(rf'```{language}\n(.*?)```', PAGE.read_text('utf-8'), re.DOTALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('line', documented('bash')[0].splitlines())
 def test_the_documented_commands_run(command: Command, line: str) -> None:
     program, name, *options = shlex.split(line)
@@ -539,6 +540,7 @@ def test_a_picture_of_an_exponent_that_is_none_says_so(command: Command) -> None
     assert 'no exponent: diverged in revolution' in Path('e.svg').read_text('utf-8')
 
 
+@pytest.mark.slow
 def test_a_motion_that_diverges_while_the_exponent_is_computed(command: Command) -> None:
     """No transient and few revolutions recorded: it leaves among those of the exponent."""
     code, said = command(

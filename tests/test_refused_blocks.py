@@ -105,6 +105,7 @@ def call(*words: object) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('what', [*SPOILT, 'no message'])
 def test_every_command_counts_refused_blocks_and_goes_on(
     what: str, flown: list[tuple[Topic, int, bytes]], tmp_path: Path

@@ -155,6 +155,7 @@ def test_a_waterfall_keeps_every_line_of_a_spectrum(results: Results) -> None:
                 assert found[row].max() == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', FIGURES)
 def test_every_figure_is_drawn_and_its_data_kept(
     number: int, results: Results, tmp_path: Path

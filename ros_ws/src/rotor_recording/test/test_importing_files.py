@@ -38,6 +38,7 @@ def test_text_gives_back_what_was_written(
             assert file.column(name).tolist() == expected
 
 
+@pytest.mark.slow
 def test_a_small_file_of_very_much_is_refused(tmp_path: Path) -> None:
     path = tmp_path / 'zeros.mat'
     savemat(path, {'x': np.zeros(80_000_000)}, do_compression=True)

@@ -143,6 +143,7 @@ def patchy(path: Path, seed: int, kind: str) -> Path:
     return path if kind == 'whole' else unfinished(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', KINDS)
 def test_the_start_is_that_of_a_reading_of_everything(tmp_path: Path, kind: str) -> None:
     starts = found = 0

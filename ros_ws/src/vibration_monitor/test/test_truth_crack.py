@@ -131,6 +131,7 @@ def against_reference(of: CrackEstimator, flight: list[CrackWindow]) -> CrackEst
     return [of.update(window) for window in flight][-1].by_reference
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=10)
 @given(
     ratio=st.floats(0.005, 0.1),
@@ -232,6 +233,7 @@ def test_a_wrong_critical_speed_is_repaired_by_the_flight_and_by_the_references(
     assert untaught.lowest < taught.lowest < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('speed', [260.0, 536.0])
 @pytest.mark.parametrize(
     ('probe', 'gain', 'seed'),
@@ -275,6 +277,7 @@ def doubts(flight: list[CrackWindow]) -> list[str]:
     return [following.update(window).doubt for window in flight]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=10)
 @given(
     ratio=st.floats(0.0, 0.3),
@@ -292,6 +295,7 @@ def test_a_load_that_stays_never_vouches_for_a_sound_shaft(
     assert said[-1] == 'the load has not changed by 0.079 g in the last minute'
 
 
+@pytest.mark.slow
 def test_a_load_that_changes_vouches_for_a_sound_shaft_and_no_other() -> None:
     for seed in range(6):
         settled = doubts(windows(noise=1e-8, misalignment=1e-6, runout=1e-6, seed=seed))
