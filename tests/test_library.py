@@ -33,7 +33,7 @@ def scenario() -> Scenario:
 
 
 @pytest.fixture(scope='module')
-def steps(scenario: Scenario) -> list[pipeline.Step]:
+def steps(scenario: Scenario) -> list[pipeline.PipelineStep]:
     return list(pipeline.simulate(scenario))
 
 
@@ -77,7 +77,7 @@ def test_the_code_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_the_bytes_are_those_of_the_pipeline(
-    flight: xarray.Dataset, steps: list[pipeline.Step]
+    flight: xarray.Dataset, steps: list[pipeline.PipelineStep]
 ) -> None:
     rows = np.concatenate([step.block.rows for step in steps])
     for name in rows.dtype.names or ():

@@ -363,3 +363,16 @@ def test_test_files_have_names_of_their_own() -> None:
     names = [path.name for folder in folders for path in folder.rglob('*.py')]
     twins = {name for name in names if names.count(name) > 1} - {'conftest.py'}
     assert twins == set()
+
+
+def test_one_name_means_one_class() -> None:
+    """Maneuvers and families of indicators have the plain names of what they are."""
+    places: dict[str, list[str]] = {}
+    for package in PACKAGES:
+        for module, tree in modules(package):
+            if module.startswith(('maneuver_gen.maneuvers.', 'vibration_monitor.indicators.')):
+                continue
+            for node in tree.body:
+                if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
+                    places.setdefault(node.name, []).append(module)
+    assert {name: found for name, found in places.items() if len(found) > 1} == {}

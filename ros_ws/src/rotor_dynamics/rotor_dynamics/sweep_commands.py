@@ -27,7 +27,7 @@ from rotor_sim.plant.parameters import RotorParameters
 
 if TYPE_CHECKING:
     from rotor_dynamics import OperatingPoint, Plan
-    from rotor_dynamics.sweep_files import Outcome
+    from rotor_dynamics.sweep_files import SweepResult
     from rotor_dynamics.sweep_runs import Resources
 
 PAPER_SPEED_RAD_S = 352.0
@@ -77,7 +77,7 @@ class Question:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Analysis(ABC):
+class AnalysisCommand(ABC):
     """Options that the four commands share."""
 
     name: ClassVar[str]
@@ -156,7 +156,7 @@ class Analysis(ABC):
         """Raise AnalysisError for options that do not go together."""
 
     @abstractmethod
-    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+    def compute(self, question: Question, on_progress: OnProgress) -> 'SweepResult':
         """Return the outcome of the analysis."""
 
     def plan(self) -> 'Plan':
@@ -215,7 +215,7 @@ class Analysis(ABC):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Directed(Analysis):
+class _Directed(AnalysisCommand):
     """A sweep that may go on from value to value."""
 
     over: Over = field()  # required here
@@ -230,7 +230,7 @@ class _Directed(Analysis):
             options = {'--scheduler': self.scheduler, '--jobs': self.jobs, '--cache': self.cache}
             self._refuse(options, f'with --direction {self.direction}')
 
-    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+    def compute(self, question: Question, on_progress: OnProgress) -> 'SweepResult':
         """Return the diagram."""
         from rotor_dynamics.sweep_runs import run_continuation, run_sweep
 
@@ -265,7 +265,7 @@ class WaterfallCommand(_Directed):
         return self._plan(revolutions=self.revolutions, highest_order=BAND)
 
 
-class _PointOrSweep(Analysis):
+class _PointOrSweep(AnalysisCommand):
     """A command for one point or, with --over, for many."""
 
     def check(self) -> None:
@@ -305,7 +305,7 @@ class LyapunovCommand(_PointOrSweep):
             options = {'--spectrum': self.spectrum, '--method': self.method != 'tangent'}
             self._refuse(options, 'with --over')
 
-    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+    def compute(self, question: Question, on_progress: OnProgress) -> 'SweepResult':
         """Return one exponent or the diagram."""
         from rotor_dynamics.sweep_runs import run_exponent, run_sweep
 
@@ -340,7 +340,7 @@ class PoincareCommand(_PointOrSweep):
                     f'{MOST_SECTIONS}, or --out FILE.npz'
                 )
 
-    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+    def compute(self, question: Question, on_progress: OnProgress) -> 'SweepResult':
         """Return one motion or the sections."""
         from rotor_dynamics.sweep_runs import run_section, run_sweep
 
@@ -350,7 +350,7 @@ class PoincareCommand(_PointOrSweep):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MapCommand(Analysis):
+class MapCommand(AnalysisCommand):
     """Draw the largest exponent and the super-harmonics of Z over two parameters.
 
     Example: rotor-rig map --over speed 300 600 20 --against K 0 0.2 10
@@ -386,7 +386,7 @@ class MapCommand(Analysis):
             raise AnalysisError(f'--set {second} has no meaning, since --against sweeps it')
         return super().question()
 
-    def compute(self, question: Question, on_progress: OnProgress) -> 'Outcome':
+    def compute(self, question: Question, on_progress: OnProgress) -> 'SweepResult':
         """Return the map."""
         from rotor_dynamics.sweep_runs import run_map
 

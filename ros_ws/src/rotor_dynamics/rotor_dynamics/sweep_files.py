@@ -18,7 +18,7 @@ DOTS_PER_INCH = 150
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepResult:
     """What an analysis has to show. Arrays are in SI units.
 
     `rows`: arrays of equal length, the columns of a table; `shared`: arrays that all rows have in
@@ -42,7 +42,7 @@ def check_paths(paths: list[Path]) -> None:
         check_file(path, _WRITERS)
 
 
-def save(outcome: Outcome, path: Path) -> None:
+def save(outcome: SweepResult, path: Path) -> None:
     """Write `outcome` to `path` by its ending; AnalysisError where the disk does not take it."""
     try:
         _WRITERS[path.suffix](outcome, path)
@@ -55,7 +55,7 @@ def is_picture(path: Path) -> bool:
     return path.suffix in {'.png', '.svg'}
 
 
-def _save_picture(outcome: Outcome, path: Path) -> None:
+def _save_picture(outcome: SweepResult, path: Path) -> None:
     import matplotlib as mpl  # noqa: PLC0415 - slow
 
     # no date and no random names: the same result gives the same file
@@ -64,12 +64,12 @@ def _save_picture(outcome: Outcome, path: Path) -> None:
         outcome.draw().savefig(path, dpi=DOTS_PER_INCH, metadata=metadata)
 
 
-def _save_npz(outcome: Outcome, path: Path) -> None:
+def _save_npz(outcome: SweepResult, path: Path) -> None:
     asked = np.array(json.dumps(outcome.asked))
     np.savez_compressed(path, allow_pickle=False, asked=asked, **outcome.rows, **outcome.shared)
 
 
-def _save_parquet(outcome: Outcome, path: Path) -> None:
+def _save_parquet(outcome: SweepResult, path: Path) -> None:
     import pyarrow as pa  # noqa: PLC0415 - slow, and for this ending alone
     from pyarrow import parquet  # noqa: PLC0415
 
@@ -82,7 +82,7 @@ def _save_parquet(outcome: Outcome, path: Path) -> None:
     parquet.write_table(pa.table(columns).replace_schema_metadata(about), path)
 
 
-_WRITERS: dict[str, Callable[[Outcome, Path], None]] = {
+_WRITERS: dict[str, Callable[[SweepResult, Path], None]] = {
     '.png': _save_picture,
     '.svg': _save_picture,
     '.npz': _save_npz,

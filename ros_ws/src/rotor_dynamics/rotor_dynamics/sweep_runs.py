@@ -31,7 +31,7 @@ from rotor_dynamics.ensemble import steps_needed
 from rotor_dynamics.motion import SIGNIFICANCE
 from rotor_dynamics.surveys import EXPONENT_ERRORS, EXPONENT_RESOLUTION
 from rotor_dynamics.sweep_commands import Question
-from rotor_dynamics.sweep_files import Outcome
+from rotor_dynamics.sweep_files import SweepResult
 
 
 @dataclass(frozen=True)
@@ -52,21 +52,21 @@ class Resources:
 
 def run_sweep(
     command: str, question: Question, resources: Resources, on_progress: OnProgress
-) -> Outcome:
+) -> SweepResult:
     """Return the survey over a parameter, drawn as `command` draws it."""
     with resources.opened() as where:
         found = survey(question.points, question.plan, on_progress=on_progress, **where)
     return _outcome(command, question, found, 'fixed')
 
 
-def run_continuation(command: str, question: Question, direction: Direction) -> Outcome:
+def run_continuation(command: str, question: Question, direction: Direction) -> SweepResult:
     """Return the survey that goes on from value to value, which is not repeated at 2N."""
     once = replace(question, plan=replace(question.plan, check_steps=False))
     (found,) = continuation([(question.points, direction)], question.values, once.plan)
     return _outcome(command, once, found, direction)
 
 
-def _outcome(command: str, question: Question, found: Survey, direction: Direction) -> Outcome:
+def _outcome(command: str, question: Question, found: Survey, direction: Direction) -> SweepResult:
     rows = {'values': question.values, 'length_scale_m': found.length_scale_m}
     for field in fields(found):
         if field.name not in {'points', 'plan', 'orders'} and getattr(found, field.name).size:
@@ -76,7 +76,7 @@ def _outcome(command: str, question: Question, found: Survey, direction: Directi
     asked = question.asked(command)
     if command in {'orbit-diagram', 'waterfall'}:
         asked['direction'] = direction
-    return Outcome(
+    return SweepResult(
         asked=asked,
         rows=rows,
         shared=shared,
@@ -98,7 +98,7 @@ def run_map(
     values: NDArray[np.float64],
     resources: Resources,
     on_progress: OnProgress,
-) -> Outcome:
+) -> SweepResult:
     """Return exponents and amplitudes over the question's parameter and a second one."""
     assert question.over is not None  # noqa: S101 - the command asks for it
     with resources.opened() as where:
@@ -130,7 +130,7 @@ def run_map(
     if question.plan.check_steps:
         bad = int((~result.converged & (result.label != 'diverged')).sum())
         sentences.append(f'{bad} have NOT converged: twice the steps give something else')
-    return Outcome(
+    return SweepResult(
         asked=asked,
         rows=rows,
         shared={},
@@ -150,7 +150,7 @@ def run_map(
     )
 
 
-def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
+def run_exponent(question: Question, method: str, *, spectrum: bool) -> SweepResult:
     """Return the largest exponent at one point, and whether twice the steps give the same."""
     (point,) = question.points
     plan = question.plan
@@ -204,7 +204,7 @@ def run_exponent(question: Question, method: str, *, spectrum: bool) -> Outcome:
             'all exponents: ' + ' '.join(number_text(x, '.4f') for x in result.spectrum)
         )
     asked = question.asked('lyapunov')
-    return Outcome(
+    return SweepResult(
         asked=asked,
         rows={'running': result.running},
         shared=shared | {name: np.array(x) for name, x in found.items() if name not in shared},
@@ -226,7 +226,7 @@ def _lost(result: LyapunovExponent) -> str:
     return f'the motion diverged, it left the model in revolution {result.diverged_at}'
 
 
-def run_section(question: Question) -> Outcome:
+def run_section(question: Question) -> SweepResult:
     """Return one motion: orbit, section, its label with the evidence, and whether 2N agrees."""
     (point,) = question.points
     plan = question.plan
@@ -256,7 +256,7 @@ def run_section(question: Question) -> Outcome:
             f'means and amplitudes by {said["difference"]:.2g} of the largest'
         )
     asked = question.asked('poincare')
-    return Outcome(
+    return SweepResult(
         asked=asked,
         rows=rows,
         shared={

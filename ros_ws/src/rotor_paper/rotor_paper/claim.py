@@ -21,7 +21,7 @@ Rows = Callable[[Results, str], NDArray[np.intp]]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ClaimVerdict:
     """What became of a claim for one variant; `value` holds our numbers, all JSON types.
 
     `points` counts the points the claim uses, `unconverged` and `lost` those of them that change
@@ -53,7 +53,7 @@ class Claim:
     rests_on: str = 'order_amplitude_z'
     rows: Rows | None = None
 
-    def evaluate(self, results: Results) -> Verdict | None:
+    def evaluate(self, results: Results) -> ClaimVerdict | None:
         """Return the verdict on one variant; None where a diagram it needs was not computed.
 
         Points that diverged never count as agreeing: with all of them lost the claim does not
@@ -68,7 +68,7 @@ class Claim:
         unconverged = self._unconverged(used)
         if points and gone == points:
             why = f'all {points} points diverged or gave no number'
-            return Verdict(DOES_NOT, why, {}, points, unconverged, gone)
+            return ClaimVerdict(DOES_NOT, why, {}, points, unconverged, gone)
         verdict, why, value = self.judge(results)
         if gone:
             verdict = PARTLY if verdict == AGREES else verdict
@@ -77,7 +77,7 @@ class Claim:
             if verdict == AGREES and unconverged > MOST_UNCONVERGED * points:
                 verdict = PARTLY
             why += f'; {unconverged} of {points} points did not converge at 2N steps'
-        return Verdict(verdict, why, value, points, unconverged, gone)
+        return ClaimVerdict(verdict, why, value, points, unconverged, gone)
 
     def _used(self, results: Results, key: str) -> NDArray[np.intp]:
         if self.rows is None:

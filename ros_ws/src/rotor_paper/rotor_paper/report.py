@@ -25,7 +25,7 @@ from rotor_paper.figures import (
     figures,
     load_facts,
 )
-from rotor_paper.run import Outcome
+from rotor_paper.run import Reproduction
 
 SOURCE = (
     'Hou, Chen, Cao, Lu, Nonlinear vibration analysis of a cracked rotor-ball bearing system '
@@ -95,7 +95,7 @@ NOT_JUDGED = (
 
 
 def report(
-    outcome: Outcome,
+    outcome: Reproduction,
     settings: Settings,
     variants: Sequence[str],
     *,

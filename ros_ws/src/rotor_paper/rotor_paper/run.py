@@ -22,7 +22,7 @@ from rotor_common.progress import OnProgress
 from rotor_dynamics import Plan, Survey, continuation, poincare_section, survey
 from rotor_dynamics.cache import ResultCache
 from rotor_paper import panels
-from rotor_paper.claim import Claim, Verdict
+from rotor_paper.claim import Claim, ClaimVerdict
 from rotor_paper.claims import claims
 from rotor_paper.data import arrays, rows_shown
 from rotor_paper.figures import (
@@ -64,11 +64,11 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Reproduction:
     """Everything a run made: pictures, and verdicts by claim and variant."""
 
     pictures: tuple[Picture, ...]
-    verdicts: Mapping[str, Mapping[str, Verdict]]
+    verdicts: Mapping[str, Mapping[str, ClaimVerdict]]
 
 
 class _CountingCache(ResultCache):
@@ -101,7 +101,7 @@ def make(
     executor: concurrent.futures.Executor,
     cache: ResultCache,
     on_progress: OnProgress,
-) -> Outcome:
+) -> Reproduction:
     """Compute, draw and judge the figures `numbers` of every variant, into the folder `out`.
 
     KeyboardInterrupt passes through; what was computed is in `cache` then.
@@ -122,7 +122,7 @@ def make(
 
     work = _Work(settings, executor, _CountingCache(cache.folder), tick)
     made: list[Picture] = []
-    verdicts: dict[str, dict[str, Verdict]] = {}
+    verdicts: dict[str, dict[str, ClaimVerdict]] = {}
     (out / 'data').mkdir(parents=True, exist_ok=True)
     for group in groups:
         for variant in variants:
@@ -138,7 +138,7 @@ def make(
                 if verdict is not None:
                     verdicts.setdefault(claim.name, {})[variant] = verdict
             del results  # before the next ones are computed
-    return Outcome(tuple(made), verdicts)
+    return Reproduction(tuple(made), verdicts)
 
 
 def _groups(chosen: Sequence[Figure], judged: Iterable[Claim]) -> list[list[Figure]]:

@@ -19,7 +19,7 @@ from paper_worlds import DIAGRAMS, FACTS, base, changed, diverged, world
 from rotor_common.plain_data import without_nan
 from rotor_dynamics import Survey
 from rotor_paper import exponents, judging, run, spectra
-from rotor_paper.claim import Claim, Verdict
+from rotor_paper.claim import Claim, ClaimVerdict
 from rotor_paper.claims import claims
 from rotor_paper.figures import figures
 from rotor_paper.judging import AGREES, DOES_NOT, PARTLY, Results, Sweeps
@@ -401,7 +401,7 @@ def test_amplitudes_with_nan_never_agree(values: NDArray[np.float64], row: int) 
 def test_exponents_without_saltation_are_told_and_judge_nothing(
     claim: Claim, worlds: dict[str, Results]
 ) -> None:
-    def without(exponent: Callable[[Survey], NDArray[np.float64]]) -> Verdict:
+    def without(exponent: Callable[[Survey], NDArray[np.float64]]) -> ClaimVerdict:
         def change(survey: Survey) -> Survey:
             return dataclasses.replace(survey, naive_exponent=exponent(survey))
 

@@ -31,7 +31,7 @@ from rotor_paper.judging import AGREES, Results, Sweeps
 from rotor_paper.paper_command import LIMITS
 from rotor_paper.paper_command import VARIANTS as CLI_VARIANTS
 from rotor_paper.report import caption, page, report, save
-from rotor_paper.run import Outcome, Picture
+from rotor_paper.run import Picture, Reproduction
 
 FIGURES = figures(FACTS)
 
@@ -185,7 +185,7 @@ def test_a_figure_of_diverged_points_is_drawn(number: int, results: Results) -> 
     assert RECONSTRUCTION not in canvas.get_suptitle()
 
 
-def outcome(results: Results) -> Outcome:
+def outcome(results: Results) -> Reproduction:
     verdicts = {
         claim.name: {variant: claim.evaluate(results) for variant in ('natural', 'figure')}
         for claim in claims(FACTS)
@@ -194,7 +194,7 @@ def outcome(results: Results) -> Outcome:
         Picture(5, variant, 'a.png', 'a.npz', 10, 2, 1, 1.0, (6,), 0.5)
         for variant in ('natural', 'figure')
     ]
-    return Outcome(tuple(pictures), verdicts)  # type: ignore[arg-type]
+    return Reproduction(tuple(pictures), verdicts)  # type: ignore[arg-type]
 
 
 def test_the_report_holds_every_claim_and_names_the_reconstructions(

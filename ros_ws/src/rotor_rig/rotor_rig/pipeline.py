@@ -28,7 +28,7 @@ Outgoing = tuple[Topic, int, Any]
 
 
 @dataclass(frozen=True)
-class Step:
+class PipelineStep:
     """What one block added: the block itself, the monitor's new windows, all messages."""
 
     block: SimulatedBlock
@@ -36,7 +36,7 @@ class Step:
     messages: list[Outgoing]
 
 
-def simulate(scenario: Scenario) -> Iterator[Step]:
+def simulate(scenario: Scenario) -> Iterator[PipelineStep]:
     """Yield the run block by block, exactly as a live run would go.
 
     Raises:
@@ -73,10 +73,10 @@ def simulate(scenario: Scenario) -> Iterator[Step]:
         stamp_ns = sample_stamp_ns(epoch_ns, block.first_sample, config.rate_hz)
         records = monitor.push(WaveformBlock(stamp_ns, block.rows))
         outgoing += monitor_messages.after_block(monitor, records, stamp_ns)
-        yield Step(block, records, outgoing)
+        yield PipelineStep(block, records, outgoing)
 
 
-def record(scenario: Scenario, path: Path) -> Iterator[Step]:
+def record(scenario: Scenario, path: Path) -> Iterator[PipelineStep]:
     """Yield the run as `simulate` does and write it to the MCAP file `path` as it goes."""
     config = {'scenario': scenario.plain(), 'versions': versions()}
     with RecordingWriter.single_file(path, config=config) as writer:
