@@ -564,6 +564,7 @@ SWEEPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', SWEEPS)
 @pytest.mark.parametrize(('first', 'gone'), [('0.1', 1), ('0.29', 2)])
 def test_sweeps_count_what_diverged(command: Command, name: str, first: str, gone: int) -> None:

@@ -372,6 +372,7 @@ FOREIGN: dict[str, tuple[list[Sent], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', FOREIGN)
 def test_foreign_blocks_are_counted_in_one_line(
     tmp_path: Path, right: dict[str, Any], name: str

@@ -50,6 +50,7 @@ def test_the_course_has_the_root_mean_square_that_was_asked_for(seed: int) -> No
     assert 0.0002 < beyond < 0.006
 
 
+@pytest.mark.slow
 def test_seeds_give_courses_that_have_nothing_to_do_with_each_other() -> None:
     courses = [
         load_grid(parse_maneuver({'profile': 'gusts', 'rms': 0.3, 'seed': seed}), 1800.0)[:, 0]

@@ -205,6 +205,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('is_killed', [False, True])
 def test_the_folder_of_a_launch_goes_with_it_or_at_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_killed: bool

@@ -161,6 +161,7 @@ def test_other_sources_are_counted_but_for_later_runs(nodes: Nodes) -> None:
     nodes.spin_until(lambda: counts() == [1, 2, 2])
 
 
+@pytest.mark.slow
 def test_a_rig_that_flies_on_is_told_from_one_that_ends(nodes: Nodes) -> None:
     node, free = nodes.node(), nodes.of('')
     run = RunTopics(node, 'r1')

@@ -62,6 +62,7 @@ class Reads:
         monkeypatch.setattr(McapFile, '_read', counted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['whole', 'unfinished'])
 def test_a_late_start_reads_a_few_chunks_whatever_the_length(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str

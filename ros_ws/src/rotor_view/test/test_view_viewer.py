@@ -77,6 +77,7 @@ def test_without_the_software_renderer_the_script_is_named(
         view_recording(recording, screenshot=tmp_path / 'view.png')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('script', 'reason'), [
     ('echo no graphics >&2; exit 3', r'did not start: it ended with code 3 \(no graphics\)'),
     ('kill -SEGV $$', r'did not start: it ended by SIGSEGV \(it said nothing\)'),
