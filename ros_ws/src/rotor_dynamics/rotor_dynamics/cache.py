@@ -10,7 +10,6 @@ import io
 import json
 import os
 import struct
-import threading
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -21,6 +20,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
+from rotor_common.durable_file import write_whole
 from rotor_dynamics.errors import AnalysisError
 
 Arrays = dict[str, NDArray[Any]]
@@ -98,22 +98,18 @@ class ResultCache:
 
     def store(self, key: str, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Keep `arrays` under `key`; AnalysisError where the disk does not take them."""
-        temporary = self.folder / f'.{key}-{os.getpid()}-{threading.get_ident()}.tmp'
         try:
             content = io.BytesIO()
             np.savez(content, allow_pickle=False, **arrays)
             with zipfile.ZipFile(content, 'a') as archive:
                 archive.comment = bytes(_SEAL_BYTES)
             sealed = content.getvalue()
-            temporary.write_bytes(sealed[:-_SEAL_BYTES] + _seal(sealed))
-            temporary.replace(self._path(key))
+            write_whole(self._path(key), sealed[:-_SEAL_BYTES] + _seal(sealed))
         except OSError as error:
             raise AnalysisError(
                 f'a result cannot be kept in the cache folder {self.folder}: {error.strerror}; '
                 'make room or name another folder'
             ) from None
-        finally:
-            temporary.unlink(missing_ok=True)
 
     def _path(self, key: str) -> Path:
         return self.folder / f'{key}.npz'
