@@ -8,6 +8,7 @@ What needs a scheduler and worker processes is in tests/test_distributed.py.
 import concurrent.futures
 import os
 import random
+import subprocess
 import sys
 import threading
 import time
@@ -64,7 +65,16 @@ def test_tasks_run_in_threads_of_this_process_without_a_port() -> None:
         opened = listening() - before
     assert done == {(number, os.getpid()) for number in range(3)}
     assert opened == set()
-    assert 'distributed' not in sys.modules
+
+
+def test_threads_need_no_dask() -> None:
+    code = (
+        'import sys; from rotor_dynamics.cluster import executor\n'
+        'with executor(None, 1) as pool: print(pool.submit(abs, -1).result())\n'
+        'print([name for name in ("dask", "distributed") if name in sys.modules])'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.split('\n')[:2] == ['1', '[]']
 
 
 def test_one_job_means_one_task_at_a_time() -> None:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -114,6 +114,7 @@ COEFFICIENT = st.tuples(st.floats(0.0, 1.0), st.floats(-math.pi, math.pi)).map(
     st.dictionaries(st.sampled_from([-3, -2, -1, 2, 3]), COEFFICIENT, min_size=1, max_size=3),
     st.sampled_from([0.5, 1.0, 2.0]),
 )
+@example(others={-1: 1, -3: 1}, first=0.5)
 def test_crossings_and_turns_of_any_orbit(others: Circles, first: float) -> None:
     # without 1x a shaft revolution could run through the same orbit twice
     circles = {**others, 1: complex(first)}
@@ -126,8 +127,10 @@ def test_crossings_and_turns_of_any_orbit(others: Circles, first: float) -> None
     assert shape.turns == round((turned[-1] - turned[0]) / (2 * math.pi))
     # Whitney: the number of crossings and the turning number differ in parity
     assert (shape.crossings + shape.turns) % 2 == 1
-    # two parts of the orbit that all but touch are counted as the polygon has them: by two or none
-    assert abs(shape.crossings - crossings_by_brute_force(circles)) in {0, 2}
+    # two parts of the orbit that all but touch are counted as the polygon has them, by two or none;
+    # an orbit of odd orders is its own mirror image at the centre, where this happens twice
+    most = 4 if all(order % 2 for order in circles) else 2
+    assert abs(shape.crossings - crossings_by_brute_force(circles)) in range(0, most + 1, 2)
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
