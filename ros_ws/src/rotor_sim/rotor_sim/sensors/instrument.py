@@ -89,9 +89,9 @@ class Instrument(ConfigModel, abc.ABC):
         try:
             values: Any = self.measure(rows)
         except Exception as why:  # a user's class raises what it likes
-            at = int(rows['sample'][0])
+            at, kind = int(rows['sample'][0]), type(why).__name__
             raise RotorError(
-                f'the instrument {self.instrument} fails at sample {at}: {why}'
+                f'the instrument {self.instrument} fails at sample {at}: {kind}: {why}'
             ) from why
         wanted = len(rows), len(self.columns)
         if not isinstance(values, np.ndarray):
