@@ -12,7 +12,6 @@ import importlib
 import inspect
 import json
 import pkgutil
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,7 +22,7 @@ from maneuver_gen import maneuvers
 from maneuver_gen.errors import ManeuverError
 from maneuver_gen.maneuver import Maneuver
 from rotor_common import plugins
-from rotor_common.configuration import ConfigModel
+from rotor_common.configuration import ConfigModel, tagged
 from rotor_common.errors import DataError
 from rotor_common.plain_data import parse_json
 
@@ -68,12 +67,7 @@ def find_maneuver(name: Any, *, parts: bool = False) -> type[Maneuver]:
 
 
 def _load(name: str, target: str) -> type[Maneuver]:
-    here = str(Path.cwd())
-    sys.path.append(here)  # a file in this folder serves, after all that is installed
-    try:
-        made = plugins.load(target, 'profile =', ManeuverError)
-    finally:
-        sys.path.remove(here)
+    made = plugins.load_from_here(target, 'profile =', ManeuverError)
     if not isinstance(made, type) or not issubclass(made, Maneuver) or inspect.isabstract(made):
         raise ManeuverError(
             f'profile = {name!r} is no maneuver: {target} must be a class that derives from '
@@ -95,18 +89,10 @@ def _read(value: Any, info: pydantic.ValidationInfo, *, parts: bool) -> Any:
             'a maneuver is a mapping with the key profile'
         )  # fmt: skip
         raise ManeuverError(f'{wrong}; {_choose(maneuver_names(parts=parts))}')
-    adapter = _adapter(find_maneuver(value['profile'], parts=parts))
+    adapter = tagged(find_maneuver(value['profile'], parts=parts))
     if info.mode == 'json':  # whose arrays serve as tuples
         return adapter.validate_json(json.dumps(value))
     return adapter.validate_python(value)
-
-
-@functools.cache
-def _adapter(kind: type[Maneuver]) -> pydantic.TypeAdapter[Maneuver]:
-    """Return what reads a class; places of its errors begin with it, so `describe` finds fields."""
-    tag = kind.target()
-    chosen: Any = Annotated[kind, pydantic.Tag(tag)] | Annotated[None, pydantic.Tag('')]
-    return pydantic.TypeAdapter(Annotated[chosen, pydantic.Discriminator(lambda _: tag)])
 
 
 ManeuverConfig = Annotated[

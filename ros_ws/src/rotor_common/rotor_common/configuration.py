@@ -3,9 +3,10 @@
 """Configuration models: frozen and strict, with unit, range and description of each value."""
 
 import difflib
+import functools
 import json
 from collections.abc import Mapping
-from typing import Any, Self, TypeVar, get_args
+from typing import Annotated, Any, Self, TypeVar, get_args
 
 import pydantic
 
@@ -84,6 +85,14 @@ def quantity(
         lt=lt,
         json_schema_extra={'unit': unit},
     )
+
+
+@functools.cache
+def tagged(kind: type[Model]) -> pydantic.TypeAdapter[Model]:
+    """Return what reads a class; places of its errors begin with it, so `describe` finds fields."""
+    tag = f'{kind.__module__}:{kind.__qualname__}'
+    chosen: Any = Annotated[kind, pydantic.Tag(tag)] | Annotated[None, pydantic.Tag('')]
+    return pydantic.TypeAdapter(Annotated[chosen, pydantic.Discriminator(lambda _: tag)])
 
 
 def unit_of(field: pydantic.fields.FieldInfo) -> str:

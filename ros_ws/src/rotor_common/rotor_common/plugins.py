@@ -3,7 +3,9 @@
 """Load user-defined parts, by entry point or as `module:attribute`."""
 
 import importlib
+import sys
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any
 
 
@@ -34,3 +36,13 @@ def load(target: str, what: str, error: type[Exception]) -> Any:
     except Exception as why:  # a user's module raises what it likes
         raise error(f'{what} {target!r} cannot be loaded: {why}') from why
     return made
+
+
+def load_from_here(target: str, what: str, error: type[Exception]) -> Any:
+    """Return what `load` does; a file in this folder serves too, after all that is installed."""
+    here = str(Path.cwd())
+    sys.path.append(here)
+    try:
+        return load(target, what, error)
+    finally:
+        sys.path.remove(here)

@@ -55,9 +55,8 @@ def simulate(scenario: Scenario) -> Iterator[PipelineStep]:
     epoch_ns = scenario.epoch_ns
     next_point = 0
     end_sample = round(scenario.duration_s * config.rate_hz)
-    first: list[Outgoing] = [
-        (topics.CONFIG, epoch_ns, config_message(OFFLINE, scenario.plain(), versions()))
-    ]
+    told = config_message(OFFLINE, scenario.plain(), versions(), config.sensors.column_units)
+    first: list[Outgoing] = [(topics.CONFIG, epoch_ns, told)]
     while simulator.next_sample < end_sample:
         count = min(config.block_samples, end_sample - simulator.next_sample)
         block = simulator.advance(count, grid)
@@ -78,7 +77,9 @@ def simulate(scenario: Scenario) -> Iterator[PipelineStep]:
 
 def record(scenario: Scenario, path: Path) -> Iterator[PipelineStep]:
     """Yield the run as `simulate` does and write it to the MCAP file `path` as it goes."""
-    config = {'scenario': scenario.plain(), 'versions': versions()}
+    config: dict[str, Any] = {'scenario': scenario.plain(), 'versions': versions()}
+    if scenario.sensors.instruments:
+        config['column_units'] = scenario.sensors.column_units
     with RecordingWriter.single_file(path, config=config) as writer:
         for step in simulate(scenario):
             for topic, stamp_ns, message in step.messages:

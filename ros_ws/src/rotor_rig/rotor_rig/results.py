@@ -21,7 +21,7 @@ a dimension of its own, so take `drop_dims` or a few variables of one before `to
 import difflib
 import itertools
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -120,7 +120,7 @@ def simulate(
     first = [step.block.first_sample for step in steps]
     stamps = [sample_stamp_ns(scenario.epoch_ns, sample, rate) for sample in first]
     blocks = [WaveformBlock(ns, step.block.rows) for ns, step in zip(stamps, steps, strict=True)]
-    run = _waveform(blocks, scenario.epoch_ns)
+    run = _waveform(blocks, scenario.epoch_ns, scenario.sensors.column_units)
     truth = {
         f'truth_{name}': (
             'block_time',
@@ -171,7 +171,9 @@ def recording(path: str | Path, waveform_topic: str | None = None) -> xarray.Dat
     blocks = list(waveform_blocks(source))
     if not blocks:
         raise ScenarioError(f'{path} holds no block of {waveform_name(source)} that can be read')
-    return _waveform(blocks, blocks[0].stamp_ns).assign_attrs(_attrs(source, blocks[0].stamp_ns))
+    start_ns, told = blocks[0].stamp_ns, (source.config() or {}).get('column_units')
+    run = _waveform(blocks, start_ns, told if isinstance(told, dict) else {})
+    return run.assign_attrs(_attrs(source, start_ns))
 
 
 def analyze(
@@ -254,8 +256,10 @@ def _seconds(ns: Sequence[int], what: str) -> tuple[NDArray[np.float64], dict[st
     }
 
 
-def _waveform(blocks: Sequence[WaveformBlock], start_ns: int) -> xarray.Dataset:
-    """Return the columns that all blocks have, one after the other."""
+def _waveform(
+    blocks: Sequence[WaveformBlock], start_ns: int, told: Mapping[str, Any]
+) -> xarray.Dataset:
+    """Return the columns that all blocks have, one after the other; `told` are units."""
     names = [n for n in blocks[0].columns if all(n in block.columns for block in blocks)]
     arrays = {name: np.concatenate([block.rows[name] for block in blocks]) for name in names}
     offset = arrays.pop('time').astype(np.float64)
@@ -268,14 +272,16 @@ def _waveform(blocks: Sequence[WaveformBlock], start_ns: int) -> xarray.Dataset:
     for name, (unit, text) in _BESIDE.items():
         coords[name] = 'time', beside[name], {'units': unit, 'long_name': text}
     variables: dict[str, Any] = {
-        name: ('time', array, {'units': _column_unit(name), 'long_name': name})
+        name: ('time', array, {'units': _column_unit(name, told), 'long_name': name})
         for name, array in arrays.items()
     }
     return xarray.Dataset(variables, coords)
 
 
-def _column_unit(name: str) -> str:
-    return COLUMN_UNITS.get(name) or (channel_unit(name) if is_channel(name) else '1')
+def _column_unit(name: str, told: Mapping[str, Any]) -> str:
+    if is_channel(name):
+        return channel_unit(name)
+    return COLUMN_UNITS.get(name) or str(told.get(name) or '1')
 
 
 def _blocks(flight: xarray.Dataset, start_ns: int) -> Iterator[WaveformBlock]:

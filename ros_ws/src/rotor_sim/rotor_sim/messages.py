@@ -77,13 +77,16 @@ def _sample_variance(config: RotorSimConfig, block: SimulatedBlock) -> float:
 
 
 def config_message(
-    factory: MessageFactory, scenario: Mapping[str, Any], versions: Mapping[str, str]
+    factory: MessageFactory,
+    scenario: Mapping[str, Any],
+    versions: Mapping[str, str],
+    column_units: Mapping[str, str] = COLUMN_UNITS,
 ) -> Any:
     """Return `rotor/config`: everything needed to run it again, as JSON."""
     return messages.string(
         factory,
         json.dumps(
-            {'scenario': dict(scenario), 'versions': dict(versions), 'column_units': COLUMN_UNITS},
+            {'scenario': scenario, 'versions': versions, 'column_units': column_units},
             sort_keys=True,
         ),
     )

@@ -153,7 +153,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
             'changes': self._changes,
         }
         self._publishers_of[topics.CONFIG].publish(
-            config_message(ROS, scenario, self._versions),
+            config_message(ROS, scenario, self._versions, self._config.sensors.column_units),
             inside=self._state == self._wait_for_consumers,
         )
 

@@ -36,7 +36,7 @@ from rotor_sim.sensors._noiseless_kernels import (
 
 Array = NDArray[np.float64]
 
-NOISE, JITTER, RECORDER, WALK, DROPOUT, MISSED, DOUBLE = range(7)
+NOISE, JITTER, RECORDER, WALK, DROPOUT, MISSED, DOUBLE, INSTRUMENT = range(8)
 """Effects: each has its own stream of random numbers."""
 
 SECTIONS = 2

@@ -8,7 +8,9 @@ from typing import Any, ClassVar, Self
 import pydantic
 
 from rotor_common.configuration import ConfigModel, quantity
+from rotor_interfaces.channels import COLUMN_UNITS
 from rotor_sim.errors import RotorError
+from rotor_sim.sensors.instrument import InstrumentConfig, check_columns
 from rotor_sim.sensors.presets import Preset, values_of
 
 HIGHEST_ORDER = 3
@@ -190,6 +192,17 @@ class SensorConfig(NoiseLevels):
     truth_waveform: bool = pydantic.Field(
         default=False, description='whether the waveform without sensor effects is published too'
     )
+    instruments: tuple[InstrumentConfig, ...] = pydantic.Field(
+        default=(),
+        strict=False,
+        description='sensors of your own, which add columns to the waveform',
+    )
+
+    @property
+    def column_units(self) -> dict[str, str]:
+        """The units of all columns of the waveform by their names."""
+        own = [instrument.columns for instrument in self.instruments]
+        return COLUMN_UNITS | {name: unit for columns in own for name, unit in columns.items()}
 
     @property
     def groups(self) -> dict[str, SensorGroup]:
@@ -207,6 +220,20 @@ class SensorConfig(NoiseLevels):
         changed = _difference(self.model_dump(mode='json'), own)
         return type(self).from_mapping({**changed, 'preset': preset}, 'sensors')
 
+    @pydantic.field_validator('instruments')
+    @classmethod
+    def _check_columns(cls, given: tuple[InstrumentConfig, ...]) -> tuple[InstrumentConfig, ...]:
+        check_columns(given)
+        return given
+
+    @pydantic.model_serializer(mode='wrap')
+    def _without_no_instruments(self, dump: pydantic.SerializerFunctionWrapHandler) -> Any:
+        """Leave the key out where there are none: runs without them are recorded as ever."""
+        plain = dump(self)
+        if not self.instruments:
+            plain.pop('instruments', None)
+        return plain
+
     @pydantic.model_validator(mode='before')
     @classmethod
     def _fill_in(cls, data: Any) -> Any:
@@ -221,7 +248,7 @@ def _difference(data: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, A
     return {
         key: _difference(value, base[key]) if isinstance(value, Mapping) else value
         for key, value in data.items()
-        if value != base[key]
+        if value != base.get(key)
     }
 
 

@@ -14,6 +14,7 @@ from rotor_sim.plant.integration import Lane, Stretch, integrate
 from rotor_sim.plant.statics import static_equilibrium
 from rotor_sim.rotor_config import LiveParameters, ParameterChange, RotorSimConfig
 from rotor_sim.sensors import ImuSample
+from rotor_sim.sensors.instrument import Instruments
 from rotor_sim.sensors.sensor_config import NoiseLevels
 from rotor_sim.stream.load_grid import LoadGrid
 
@@ -26,7 +27,8 @@ _SETTLE_CHUNK = 8192
 class SimulatedBlock:
     """Consecutive samples; rows have WAVEFORM_DTYPE (SI, frame `rotor`), `time` = k/rate.
 
-    `rows` is what the sensors say, `truth_rows` the same without sensor effects. Shaft angle
+    `rows` is what the sensors say, with the columns of the user's instruments behind the others;
+    `truth_rows` are without sensor effects. Shaft angle
     (unwrapped), speed and `truth` hold at the first sample. `imu` is for bearing 1 and 2.
     """
 
@@ -60,6 +62,7 @@ class RotorSimulator:
         from rotor_sim.sensors.chain import SensorChain  # noqa: PLC0415 - numba is slow to import
 
         self._sensors = SensorChain(config.sensors, config.seed, config.rate_hz)
+        self._instruments = Instruments(config.sensors.instruments, config.rate_hz, config.seed)
 
     @property
     def changes(self) -> tuple[ParameterChange, ...]:
@@ -161,7 +164,7 @@ class RotorSimulator:
         measured = self._sensors.measure(first, out, plan.turns, angle, levels)
         block = SimulatedBlock(
             first_sample=first,
-            rows=measured.rows,
+            rows=self._instruments.widen(measured.rows, measured.truth_rows),
             truth_rows=measured.truth_rows,
             shaft_angle_rad=float(measured.truth_rows['angle'][0]),
             shaft_speed_rad_s=self._schedules['speed_target_rad_s'].value(first),
