@@ -53,7 +53,8 @@ def until(condition: Callable[[], bool], timeout_s: float = 300.0) -> bool:
 
 def viewer_of(child: subprocess.Popen[str]) -> psutil.Process:
     def children() -> list[psutil.Process]:
-        return list(psutil.Process(child.pid).children())
+        started = psutil.Process(child.pid).children()
+        return [one for one in started if '--port' in one.cmdline()]  # it is the viewer by now
 
     assert until(lambda: child.poll() is not None or bool(children()))
     (found,) = children()
