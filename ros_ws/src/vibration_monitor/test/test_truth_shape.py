@@ -104,7 +104,9 @@ def crossings_by_brute_force(circles: Circles) -> int:
     return int(np.count_nonzero(np.triu(cross, 2))) - int(cross[0, -1])
 
 
-COEFFICIENT = st.tuples(st.floats(0.0, 1.0), st.floats(-math.pi, math.pi)).map(
+# a number of 5e-324 would become 0 where the orbit is scaled
+RADIUS = st.just(0.0) | st.floats(1e-9, 1.0)
+COEFFICIENT = st.tuples(RADIUS, st.floats(-math.pi, math.pi)).map(
     lambda polar: polar[0] * complex(math.cos(polar[1]), math.sin(polar[1]))
 )
 
