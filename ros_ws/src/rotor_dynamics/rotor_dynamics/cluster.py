@@ -3,6 +3,7 @@
 """Where the points of an analysis are computed: threads of this process, or a dask cluster."""
 
 import concurrent.futures
+import gc
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -79,13 +80,18 @@ class _Threads(concurrent.futures.Executor):
 
 def _connect(scheduler: str) -> 'Client':
     from distributed import Client  # noqa: PLC0415 - slow
+    from distributed.comm import get_address_host_port  # noqa: PLC0415 - slow
 
     try:
+        get_address_host_port(scheduler)  # before a client exists that would have to be closed
         return Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except ValueError as error:
         reason = f'is not an address like tcp://host:8786 ({error})'
     except OSError:
         reason = f'does not answer within {CONNECT_S:g} s; start one by `dask scheduler`'
+    # The failed client closes itself when it is collected. While another client starts, that
+    # would wait for a lock that this other client holds.
+    gc.collect()
     raise AnalysisError(f'the scheduler {scheduler!r} {reason}')
 
 

@@ -184,9 +184,11 @@ def test_a_loop_is_a_new_run_until_a_signal(
     assert stamps[32:40] == one_pass[:8]
     # what is latched comes before each pass
     config_at = [heard.at_s for heard in listener.of(topics.CONFIG)]
-    first_at = [h.at_s for h in listener.of(topics.WAVEFORM)[::16]][: len(config_at)]
+    first_at = [heard.at_s for heard in listener.of(topics.WAVEFORM)[::16]]
     assert len(config_at) >= 3
-    assert all(config < first for config, first in zip(config_at, first_at, strict=True))
+    # the signal may end a pass between its configuration and its first block
+    assert len(config_at) - len(first_at) in {0, 1}
+    assert all(config < first for config, first in zip(config_at, first_at, strict=False))
     falls = [b for a, b in zip(listener.clock_ns, listener.clock_ns[1:], strict=False) if b < a]
     assert len(falls) == len(config_at) - 1
     assert set(falls) <= {EPOCH_NS + 100_000_000, *one_pass}
