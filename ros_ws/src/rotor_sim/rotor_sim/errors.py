@@ -9,6 +9,10 @@ class RotorError(RigError, ValueError):
     """A rotor parameter, a load grid or a live change that cannot be accepted."""
 
 
+class PlantError(RotorError):
+    """A plant or one of its elements that cannot be built."""
+
+
 class LoadConflictError(RotorError):
     """A point of the load grid that comes with two values."""
 

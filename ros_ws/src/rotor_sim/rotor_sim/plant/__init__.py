@@ -1,3 +1,3 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The physics: parameters, equations of motion, static equilibrium, integrator."""
+"""The rotor's equations: elements, assembly, statics and the generated engine."""

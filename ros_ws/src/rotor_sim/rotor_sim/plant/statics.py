@@ -1,122 +1,72 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Static equilibrium of the rotor under a constant load, the start of every run."""
+"""Static equilibrium of a plant under a constant load, the start of every run."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rotor_sim.errors import IntegrationError
-from rotor_sim.plant.model import ball_angles, contact_force, crack_opening, stiffness
-from rotor_sim.plant.parameters import RotorParameters
+from rotor_sim.plant.compiled_plant import CompiledPlant, Instant
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 40
+_ITERATIONS = 400
+_CONVERGED = 1e-12
+_LONGEST_STEP_M = 1e-4
+"""Of the search where nothing holds the rotor, as in the clearance of a bearing."""
 _ACCEPTED = 1e-6
-_HALVINGS = 30
+_ACCEPTED_AT_A_JUMP = 0.5
+"""Of the load: where the force jumps, it may be in balance on neither side (Filippov)."""
 
 
 def static_equilibrium(
-    parameters: RotorParameters,
+    plant: CompiledPlant,
     load_m_s2: tuple[float, float],
     angle_rad: float = 0.0,
-    crack_stiffness_ratio: float | None = None,
-    cage_angle_rad: float | None = None,
+    live: Mapping[str, float] | None = None,
 ) -> Array:
-    """Return the state (12,) at rest in m and m/s: displacements in balance, velocities 0.
+    """Return the state (2n,) at rest in m and m/s: forces in balance, velocities 0.
 
-    The unbalance is left out (it turns). `load_m_s2` is (y, z) in frame `rotor`. Without load the
-    rotor is put at the origin; with clearance that is one of many places in the gap. Where f
-    jumps across the balance (variants other than `derived`), f is taken in between, as the
-    average of switching back and forth (Filippov).
+    The shaft stands still at `angle_rad`, so the unbalance does not act. `load_m_s2` is (y, z) in
+    frame `rotor`. Found by pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal.
+    35 (1998) 508): implicit steps of x' = acceleration(x), longer as the balance comes near. Where
+    the balance lies on a jump of the force, the nearest place found is returned.
 
     Raises:
         IntegrationError: nothing holds the rotor, or the search did not converge.
 
     """
-    from scipy.optimize import brentq  # noqa: PLC0415 - slow to import
-
-    p = parameters
-    load = p.load_scale * np.array(load_m_s2, np.float64)
-    if not load.any():
-        return np.zeros(12)
-    if p.contact_stiffness_n_m15 == 0.0:
-        raise IntegrationError(
-            f'no equilibrium under a load of ({load[0]:g}, {load[1]:g}) m/s^2: '
-            'contact_stiffness_n_m15 = 0 lets the shaft fall; raise it or take the load away'
-        )
-    ratio = p.crack_stiffness_ratio if crack_stiffness_ratio is None else crack_stiffness_ratio
-    cage = p.cage_ratio * angle_rad if cage_angle_rad is None else cage_angle_rad
-    lost = ratio * p.shaft_stiffness_n_m
-
-    def displacements(opening: float) -> tuple[Array, Array]:
-        at_disk = stiffness(p, opening, angle_rad, p.crack_scale * lost)
-        bend = np.linalg.solve(at_disk, 0.5 * p.disk_mass_kg * load)
-        at_bearing = stiffness(p, opening, angle_rad, p.bearing_crack_scale * lost)
-        pull = (at_bearing * bend).sum(axis=-1) + p.bearing_mass_kg * load
-        journal = _seat(p, pull, cage)
-        return journal + bend, journal
-
-    def excess(opening: float) -> float:
-        disk, _ = displacements(opening)
-        return float(crack_opening(p, disk[0], disk[1], angle_rad)) - opening
-
-    # f stays within 0..1, so the excess is >= 0 at 0 and <= 0 at 1
-    opening = 0.0
-    if ratio > 0.0 and excess(0.0) > 0.0:
-        opening = 1.0 if excess(1.0) >= 0.0 else float(brentq(excess, 0.0, 1.0, xtol=1e-15))
-    disk, journal = displacements(opening)
-    return np.concatenate([disk, journal, journal, np.zeros(6)])
-
-
-def _seat(parameters: RotorParameters, force: Array, cage_angle_rad: float) -> Array:
-    """Return where the balls carry `force` (2,) in N: the minimum of a convex potential.
-
-    Newton's method with a step limit and halving; where one ball alone carries, the potential is
-    flat sideways and the point nearest the start is taken.
-    """
-    p = parameters
-    size = float(np.hypot(*force))
-    balls = ball_angles(p, cage_angle_rad)
-    c, s = np.cos(balls), np.sin(balls)
-    reach = (size / p.contact_stiffness_n_m15) ** (2.0 / 3.0)
-    x = force / size * (p.clearance_m + reach)
-    limit = p.clearance_m + reach
-    # a clearance far wider than the contact's press leaves fewer digits to the press
-    tolerance = size * (1e-12 + 2e-15 * p.clearance_m / reach)
-
-    def pressed(point: Array) -> Array:
-        return np.asarray(np.maximum(point[0] * c + point[1] * s - p.clearance_m, 0.0))
-
-    def residual(point: Array) -> Array:
-        return np.asarray(contact_force(p, point, cage_angle_rad) + force)
-
-    def potential(point: Array) -> float:
-        hertz = 0.4 * p.contact_stiffness_n_m15 * np.sum(pressed(point) ** 2.5)
-        return float(hertz - force[0] * point[0] - force[1] * point[1])
-
+    n = plant.size
+    at = Instant(angle_rad, load_m_s2=load_m_s2, live=live)
+    state = np.zeros(2 * n)
+    missing = plant.acceleration(state, at)
+    size = float(np.max(np.abs(missing)))
+    if size == 0.0:
+        return state
+    best, smallest = state, np.inf
+    damping = float(np.max(np.abs(plant.jacobian(state, at)[:, :n]))) or 1.0
     for _ in range(_ITERATIONS):
-        missing = residual(x)
-        norm = float(np.hypot(*missing))
-        if norm <= tolerance:
+        norm = float(np.max(np.abs(missing)))
+        if norm < smallest:
+            best, smallest = state.copy(), norm
+        if norm <= _CONVERGED * size:
             break
-        slope = 1.5 * p.contact_stiffness_n_m15 * np.sqrt(pressed(x))
-        cross = np.sum(slope * c * s)
-        curvature = np.array([[np.sum(slope * c * c), cross], [cross, np.sum(slope * s * s)]])
-        # with one ball pressed there is none sideways; this part fades with the residual
-        curvature += 0.01 * norm / limit * np.eye(2)
-        step: Array = np.linalg.solve(curvature, missing)
-        step *= min(1.0, limit / float(np.hypot(*step)))
-        for _ in range(_HALVINGS):
-            trial = x + step
-            if potential(trial) < potential(x) or float(np.hypot(*residual(trial))) < norm:
-                break
-            step *= 0.5
-        x = x + step
-    # a force almost along one ball: its neighbour is hardly touched, and slow to find
-    if not float(np.hypot(*residual(x))) <= _ACCEPTED * size:
+        slope = plant.jacobian(state, at)[:, :n]
+        step = np.linalg.solve(damping * np.eye(n) - slope, missing)
+        state[:n] += step
+        following = plant.acceleration(state, at)
+        if not np.isfinite(following).all():
+            break
+        change = float(np.max(np.abs(following))) / norm
+        damping *= min(change, 2.0) if change > 1.0 else max(0.7 * change, 0.1)
+        damping = max(damping, change * norm / _LONGEST_STEP_M)
+        missing = following
+    accepted = _ACCEPTED_AT_A_JUMP if plant.engine.switches else _ACCEPTED
+    if not smallest <= accepted * size:
         raise IntegrationError(
-            f'no static equilibrium found under a load of {size:g} N on a bearing with '
-            f'clearance_m = {p.clearance_m:g} m; start from a larger load or without clearance'
+            f'no equilibrium under a load of ({load_m_s2[0]:g}, {load_m_s2[1]:g}) m/s^2: nothing '
+            'holds the rotor, or too loosely; give its nodes springs or bearings'
         )
-    return np.asarray(x)
+    return best

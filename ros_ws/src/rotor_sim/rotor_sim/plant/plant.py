@@ -1,0 +1,263 @@
+# Copyright 2026 The cracked rotor rig authors
+# SPDX-License-Identifier: Apache-2.0
+"""A rotor as nodes and elements, and the numbers that its equation of motion is made of."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import pydantic
+from numpy.typing import NDArray
+
+from rotor_common.configuration import ConfigModel, quantity
+from rotor_sim.errors import PlantError
+from rotor_sim.plant.element import ALL_AXES, GROUND, TRANSLATIONS, Axis, Element
+from rotor_sim.plant.registry import AnyElement
+
+Array = NDArray[np.float64]
+
+
+class Node(ConfigModel):
+    """A place on the machine: what is lumped there, and where it is.
+
+    A node moves in y and z; one with a moment of inertia, or under a beam, tilts as well.
+    """
+
+    position_m: float = quantity(
+        0.0, unit='m', ge=-1e3, le=1e3, description='place along the shaft, for beams and pictures'
+    )
+    mass_kg: float = quantity(0.0, unit='kg', ge=0.0, le=1e5, description='lumped mass')
+    diametral_inertia_kg_m2: float = quantity(
+        0.0, unit='kg m^2', ge=0.0, le=1e5, description='lumped moment of inertia across the shaft'
+    )
+    polar_inertia_kg_m2: float = quantity(
+        0.0, unit='kg m^2', ge=0.0, le=1e5, description='lumped moment of inertia about the shaft'
+    )
+
+    @property
+    def tilts(self) -> bool:
+        """Whether the node has an inertia against tilting of its own."""
+        return self.diametral_inertia_kg_m2 > 0.0 or self.polar_inertia_kg_m2 > 0.0
+
+
+class Plant(ConfigModel):
+    """A rotor: nodes by name, and the elements between them."""
+
+    nodes: dict[str, Node] = pydantic.Field(min_length=1, description='places on the machine')
+    elements: tuple[AnyElement, ...] = pydantic.Field(
+        default=(), strict=False, description='what acts on the nodes'
+    )
+    twins: tuple[tuple[str, str], ...] = pydantic.Field(
+        default=(),
+        strict=False,
+        description='pairs of nodes that nothing tells apart: computed once while they move alike',
+    )
+    load_scale: float = quantity(
+        1.0, unit='1', gt=0.0, le=10.0, description="factor on the aircraft's load"
+    )
+
+    @pydantic.model_validator(mode='after')
+    def _check(self) -> Self:
+        for name in self.nodes:
+            if name == GROUND or not _is_name(name):
+                raise PlantError(
+                    f'nodes.{name}: a node is named in small letters, digits and _, and not '
+                    f'{GROUND!r}, which never moves'
+                )
+        names: set[str] = set()
+        for place, (name, element) in enumerate(self.named_elements()):
+            if name in names:
+                raise PlantError(f'elements[{place}].name = {name!r} stands twice; rename one')
+            names.add(name)
+            ends = [getattr(element, key) for key, _ in element.touches]
+            for (key, _), node in zip(element.touches, ends, strict=True):
+                if node != GROUND and node not in self.nodes:
+                    raise PlantError(
+                        f'elements[{place}].{key} = {node!r} is no node of the plant; it has '
+                        f'{", ".join(self.nodes)}'
+                    )
+            if len(set(ends)) != len(ends):
+                raise PlantError(f'elements[{place}] ({name}) has the node {ends[0]!r} at two ends')
+        for pair in self.twins:
+            for node in pair:
+                if node not in self.nodes:
+                    raise PlantError(f'twins: {node!r} is no node of the plant')
+        return self
+
+    def named_elements(self) -> list[tuple[str, Element]]:
+        """Return the elements with their names: given ones, else the kind and a number."""
+        counts: dict[str, int] = {}
+        named = []
+        for element in self.elements:
+            kind = element.kind
+            counts[kind] = counts.get(kind, 0) + 1
+            named.append((element.name or f'{kind}_{counts[kind]}', element))
+        return named
+
+    def coordinates(self) -> tuple[tuple[str, Axis], ...]:
+        """Return the degrees of freedom in the order of the state: node and axis."""
+        tilting = {name for name, node in self.nodes.items() if node.tilts}
+        for element in self.elements:
+            for key, axes in element.touches:
+                if 'theta_y' in axes:
+                    tilting.add(getattr(element, key))
+        return tuple(
+            (name, axis)
+            for name in self.nodes
+            for axis in (ALL_AXES if name in tilting else TRANSLATIONS)
+        )
+
+
+def _is_name(name: str) -> bool:
+    return name.isidentifier() and name.islower()
+
+
+@dataclass(frozen=True)
+class PlacedElement:
+    """An element with what the equation of motion needs of it.
+
+    `places` are the indices of its degrees of freedom in the state, None on the ground;
+    `like` is the place among the elements of the twin whose numbers it shares, or its own.
+    """
+
+    name: str
+    element: Element
+    places: tuple[int | None, ...]
+    like: int
+
+
+@dataclass(frozen=True)
+class LinearPart:
+    """The matrices of a plant, (n, n) in SI, and where they may differ from 0.
+
+    `mass`, `damping`, `damping_per_speed`, `stiffness`, `stiffness_per_speed` as in `Matrices`;
+    `gyroscopic` is the polar inertia in `damping_per_speed`; `load` (n, 2) is the mass that the
+    load along y and z acts on, kg.
+    """
+
+    mass: Array
+    damping: Array
+    damping_per_speed: Array
+    stiffness: Array
+    stiffness_per_speed: Array
+    load: Array
+    patterns: Mapping[str, NDArray[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A plant laid out for integration: coordinates, placed elements and the linear part."""
+
+    coordinates: tuple[tuple[str, Axis], ...]
+    canonical: tuple[int, ...]
+    """For each coordinate the one whose twin it is, or itself."""
+    elements: tuple[PlacedElement, ...]
+    linear: LinearPart
+
+    @property
+    def size(self) -> int:
+        """The number n of degrees of freedom."""
+        return len(self.coordinates)
+
+    def place(self, node: str, axis: Axis) -> int:
+        """Return the index of a degree of freedom in the state."""
+        return self.coordinates.index((node, axis))
+
+
+def assemble(plant: Plant) -> Assembly:
+    """Lay out a plant; raises PlantError for one that has no equation of motion."""
+    coordinates = plant.coordinates()
+    index = {coordinate: k for k, coordinate in enumerate(coordinates)}
+    twin_of = {second: first for first, second in plant.twins}
+    canonical = tuple(
+        index.get((twin_of.get(node, node), axis), k) for k, (node, axis) in enumerate(coordinates)
+    )
+    placed: list[PlacedElement] = []
+    for name, element in plant.named_elements():
+        places = tuple(
+            None if getattr(element, key) == GROUND else index[getattr(element, key), axis]
+            for key, axes in element.touches
+            for axis in axes
+        )
+        placed.append(PlacedElement(name, element, places, _twin(placed, element, places, canonical)))
+    linear = _linear_part(plant, coordinates, placed)
+    _check_masses(linear.mass, coordinates)
+    return Assembly(coordinates, canonical, tuple(placed), linear)
+
+
+def _twin(
+    before: Sequence[PlacedElement],
+    element: Element,
+    places: tuple[int | None, ...],
+    canonical: Sequence[int],
+) -> int:
+    """Return the place of an earlier element that acts alike on twin nodes, or the own place."""
+    alike = [None if place is None else canonical[place] for place in places]
+    for k, other in enumerate(before):
+        if (
+            type(other.element) is type(element)
+            and [None if place is None else canonical[place] for place in other.places] == alike
+            and other.element.coefficients() == element.coefficients()
+            and all(getattr(other.element, name) == getattr(element, name) for name in element.live)
+        ):
+            return k
+    return len(before)
+
+
+def _linear_part(
+    plant: Plant, coordinates: Sequence[tuple[str, Axis]], placed: Iterable[PlacedElement]
+) -> LinearPart:
+    n = len(coordinates)
+    names = ('mass', 'damping', 'damping_per_speed', 'stiffness', 'stiffness_per_speed')
+    total = {name: np.zeros((n, n)) for name in names}
+    patterns = {name: np.zeros((n, n), bool) for name in names}
+    index = {coordinate: k for k, coordinate in enumerate(coordinates)}
+    for name, node in plant.nodes.items():
+        for axis in TRANSLATIONS:
+            k = index[name, axis]
+            total['mass'][k, k] += node.mass_kg
+        if (name, 'theta_y') in index:
+            a, b = index[name, 'theta_y'], index[name, 'theta_z']
+            total['mass'][a, a] += node.diametral_inertia_kg_m2
+            total['mass'][b, b] += node.diametral_inertia_kg_m2
+            total['damping_per_speed'][a, b] += node.polar_inertia_kg_m2
+            total['damping_per_speed'][b, a] -= node.polar_inertia_kg_m2
+            patterns['damping_per_speed'][[a, b], [b, a]] = True
+    for each in placed:
+        matrices = each.element.matrices()
+        ours = [k for k, place in enumerate(each.places) if place is not None]
+        theirs = [place for place in each.places if place is not None]
+        given = {name: getattr(matrices, name) for name in names}
+        touched = np.zeros((len(each.places),) * 2, bool)
+        for matrix in given.values():
+            touched |= False if matrix is None else matrix != 0.0
+        for name, matrix in given.items():
+            if matrix is None:
+                continue
+            if matrix.shape != touched.shape:
+                raise PlantError(
+                    f'{each.name}: its {name} matrix is {matrix.shape}, but it touches '
+                    f'{len(each.places)} degrees of freedom'
+                )
+            total[name][np.ix_(theirs, theirs)] += matrix[np.ix_(ours, ours)]
+            # by structure: a factor that happens to be 0 does not change the compiled code
+            patterns[name][np.ix_(theirs, theirs)] |= touched[np.ix_(ours, ours)]
+    load = np.zeros((n, 2))
+    for k, axis in enumerate(TRANSLATIONS):
+        unit = np.array([float(own == axis) for _, own in coordinates])
+        load[:, k] = plant.load_scale * (total['mass'] @ unit)
+    return LinearPart(**total, load=load, patterns=patterns)
+
+
+def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:
+    for k, (node, axis) in enumerate(coordinates):
+        if not mass[k, k] > 0.0:
+            what = 'mass' if axis in TRANSLATIONS else 'moment of inertia'
+            raise PlantError(
+                f'nodes.{node} has no {what}: it would move without inertia; give it '
+                f'{"mass_kg" if what == "mass" else "diametral_inertia_kg_m2"}, or a beam'
+            )
+    if not np.linalg.eigvalsh(mass)[0] > 0.0:
+        raise PlantError('the mass matrix is not positive definite; check the masses of the nodes')
+
