@@ -5,7 +5,7 @@
 
 Dimensionless: lengths over the static deflection, time tau = speed times time. The form suits a
 computer best: one root for two opposite balls, no atan2. `peers.py` holds it against
-`rotor_sim.plant.model` before anything is timed.
+`hou_equations` before anything is timed.
 """
 
 import math

@@ -40,7 +40,7 @@ from rotor_dynamics import (
     lyapunov_exponent,
     orbit_diagram,
 )
-from rotor_sim.plant.model import ball_angles
+from hou_equations import ball_angles
 from rotor_sim.plant.parameters import RotorParameters
 
 Orbit = Callable[[], Array]

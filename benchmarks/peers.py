@@ -38,7 +38,7 @@ from equations import START, TURN, Array
 from rich.console import Console
 
 from rotor_common.constants import GRAVITY_M_S2
-from rotor_sim.plant.model import Drive, derivative
+from hou_equations import Drive, derivative
 
 CRACKS = np.linspace(0.0, 0.3, 16)
 CRACK = np.array([0.1])
@@ -142,7 +142,7 @@ def code_lines(text: str) -> int:
 
 
 def check_equations() -> float:
-    """Return the largest relative difference of the peers' equations from `rotor_sim.plant.model`.
+    """Return the largest relative difference of the peers' equations from `hou_equations`.
 
     In the norm of the accelerations, over random states. Raises AssertionError above 1e-12.
     """
@@ -306,7 +306,7 @@ def main() -> None:
     os.environ['JAX_PLATFORMS'] = 'cpu'
     warnings.simplefilter('ignore')  # solvers complain about loose tolerances that we try
     console = report.wide_console()
-    console.print(f'equations agree with rotor_sim.plant.model to {check_equations():.0e}')
+    console.print(f'equations agree with hou_equations to {check_equations():.0e}')
     wanted = reference()
     allowed = {steps: error_of(PEERS[0], 1.0 / steps, wanted) for steps in STEPS}
     rows: list[Row] = []

@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
-from rotor_sim.plant.model import Drive, derivative
+from hou_equations import Drive, derivative
 from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import RotorParameters
-from rotor_sim.plant import _kernels
+from rotor_sim.plant.compiled_plant import CompiledPlant
+from rotor_sim.plant.hou2016 import RECORDS, hou2016
 
 Array = NDArray[np.float64]
 Revolutions = Callable[..., tuple[Array, Array]]
@@ -75,6 +76,15 @@ def _scale(parameters: RotorParameters, speed_rad_s: float) -> Array:
     return np.repeat([length, length * speed_rad_s], 6)
 
 
+def with_live_columns(plant: CompiledPlant, drive: Array) -> Array:
+    """Return a drive of the engine from one of angle, cage, speed, crack and their increments."""
+    columns = [drive[:, :4]]
+    for name, value in plant.live.items():
+        constant = np.tile([value, 0.0], (len(drive), 1))
+        columns.append(drive[:, 4:6] if name == 'crack.stiffness_ratio' else constant)
+    return np.concatenate(columns, axis=1)
+
+
 def _integrated(
     parameters: RotorParameters,
     state: Array,
@@ -88,21 +98,22 @@ def _integrated(
     first_sample: int = 0,
     forcing: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Array, Array]:
-    """Run the kernel with one lane; return the rows (n, OUTPUTS) and the state (12,) after them."""
-    out = np.empty((1, len(drive), _kernels.OUTPUTS))
+    """Run the kernel with one lane; return the rows (n, 16) and the state (12,) after them."""
+    plant = CompiledPlant(hou2016(parameters, *forcing), RECORDS)
+    out = np.empty((1, len(drive), 6 + len(RECORDS)))
     states = np.array([state])
-    _kernels.integrate(
+    plant.module.stream(
         (0,),
-        *_kernels.kind(parameters),
-        _kernels.alike(states),
-        np.array([_kernels.pack(parameters, *forcing)]),
+        plant.alike(states),
+        np.array([plant.coefficients]),
+        np.array([plant.ratios]),
         states,
         out,
         rate_hz,
         sample_s,
         substeps,
         first_sample,
-        np.array([drive]),
+        np.array([with_live_columns(plant, drive)]),
         np.array([grid]),
         0,
         load_rate_hz,
@@ -131,7 +142,7 @@ def _revolutions(
     angle = 2.0 * np.pi * part / samples
     ratio = parameters.cage_ratio
     cage = ((ratio * turns) % 1.0) * 2.0 * np.pi + ratio * angle
-    drive = np.zeros((len(index), _kernels.DRIVES))
+    drive = np.zeros((len(index), 6))
     drive[:, 0], drive[:, 1], drive[:, 2] = angle, cage, speed_rad_s
     drive[:, 4] = parameters.crack_stiffness_ratio
     out, state = _integrated(

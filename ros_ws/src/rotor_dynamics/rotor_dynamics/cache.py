@@ -26,10 +26,8 @@ from rotor_dynamics.errors import AnalysisError
 Arrays = dict[str, NDArray[Any]]
 
 _MODEL_SOURCES = {
-    'rotor_sim': ('plant/breathing.py', 'plant/parameters.py'),
-    'rotor_dynamics': (
-        '_lanes.py', 'continuations.py', 'ensemble.py', 'lyapunov.py', 'surveys.py'
-    ),
+    'rotor_sim': ('plant/*.py', 'plant/elements/*.py'),
+    'rotor_dynamics': ('continuations.py', 'ensemble.py', 'lyapunov.py', 'surveys.py'),
 }  # fmt: skip
 """What the numbers of an analysis depend on; a change of any of it makes all keys new. Labels are
 made from the numbers whenever they are asked for."""
@@ -125,9 +123,10 @@ def code_version() -> str:
     """Return the SHA-256 of the sources that the results of an analysis depend on."""
     digest = hashlib.sha256()
     for package, names in _MODEL_SOURCES.items():
-        for name in names:
-            content = (_folder(package) / name).read_bytes()
-            digest.update(f'{package}/{name}\0{len(content)}\0'.encode())
+        folder = _folder(package)
+        for path in sorted(path for name in names for path in folder.glob(name)):
+            content = path.read_bytes()
+            digest.update(f'{package}/{path.relative_to(folder)}\0{len(content)}\0'.encode())
             digest.update(content)
     return digest.hexdigest()
 

@@ -32,7 +32,6 @@ from rotor_dynamics.ensemble import (
     Array,
     Ensemble,
     OperatingPoint,
-    check_breathing,
     checked_start,
     steps_needed,
 )
@@ -331,7 +330,6 @@ def lyapunov_exponent(
     )
     point = OperatingPoint(parameters, float(speed_rad_s), float(load_factor))
     steps = steps_needed(point, plan.steps_per_revolution)
-    check_breathing(point)
     ensemble = Ensemble([point], steps, checked_start(initial_state))
     left = settle(ensemble, plan.transient_revolutions)
     start, revolution = ensemble.states, ensemble.revolution
@@ -413,7 +411,6 @@ def poincare_section(
     The label rests on the section, on the exponent over the next `exponent_revolutions` and, with
     `check_steps`, on both at 2N steps. Without an exponent (0) no motion is called chaotic.
     """
-    check_breathing(point)
     start = checked_start(initial_state)
     ensemble = Ensemble([point], steps_needed(point, plan.steps_per_revolution), start)
     ensemble.advance(plan.transient_revolutions)

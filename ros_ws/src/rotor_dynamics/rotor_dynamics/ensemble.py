@@ -1,7 +1,8 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many rotors at constant speed and load, integrated side by side: the face of `_lanes`."""
+"""Many rotors at constant speed and load, integrated side by side over whole revolutions."""
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotor_common.constants import GRAVITY_M_S2, LANES
-from rotor_dynamics import _lanes
 from rotor_dynamics.errors import AnalysisError
-from rotor_sim.plant.breathing import breathing_polynomial
+from rotor_sim.plant.compiled_plant import CompiledPlant
+from rotor_sim.plant.hou2016 import hou2016
 from rotor_sim.plant.parameters import RotorParameters
 
 Array = NDArray[np.float64]
@@ -35,9 +36,6 @@ STEPS_MULTIPLE = 64
 
 _FEW = 4
 """Up to so many trajectories are cheaper one by one than in a group of 16 lanes."""
-
-_POLYNOMIAL_TERMS = 24
-_POLYNOMIAL_ERROR = 1e-10
 
 
 @dataclass(frozen=True)
@@ -83,12 +81,6 @@ def checked_start(initial_state: ArrayLike | None) -> Array | None:
     return start
 
 
-def check_breathing(point: OperatingPoint) -> None:
-    """Raise AnalysisError for a crack whose breathing the kernel cannot take."""
-    if not kernel_of(point)[1]:
-        _breathing(point.parameters)
-
-
 def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
     """Return the steps a revolution that resolve the bearing's modes: N times 1, 2, 4, ...
 
@@ -108,36 +100,30 @@ def steps_needed(point: OperatingPoint, steps_per_revolution: int) -> int:
     return steps_per_revolution << max(math.ceil(doublings - math.log2(LARGEST_STEP)), 0)
 
 
-def kernel_of(point: OperatingPoint) -> tuple[int, bool]:
-    """Return what trajectories must share to stand side by side: balls, and whether alpha is 30.
-
-    alpha = 30 degrees, the paper's, has a closed form; other angles take a polynomial.
-    """
-    p = point.parameters
-    return p.ball_count, abs(p.crack_half_angle_rad - math.pi / 6.0) < 1e-12
+@functools.lru_cache(maxsize=4096)
+def _compiled(parameters: RotorParameters) -> CompiledPlant:
+    return CompiledPlant(hou2016(parameters))
 
 
-def _breathing(p: RotorParameters) -> Array:
-    """Return the polynomial of `_lanes`; AnalysisError where none describes the breathing."""
-    polynomial, error = breathing_polynomial(
-        p.crack_half_angle_rad, _POLYNOMIAL_TERMS, continued=p.theta_convention == 'last_branch'
-    )
-    if not error <= _POLYNOMIAL_ERROR:
-        raise AnalysisError(
-            f'crack_half_angle_rad = {p.crack_half_angle_rad:g} is too narrow for theta_convention '
-            "'last_branch' in an analysis; use 0.3 to 1.57, or another convention"
-        )
-    return polynomial
+def plant_of(point: OperatingPoint) -> CompiledPlant:
+    """Return the rotor of a point as a plant with its engine."""
+    return _compiled(point.parameters)
+
+
+def engine_of(point: OperatingPoint) -> str:
+    """Return the text of a point's engine: trajectories side by side must share it."""
+    return plant_of(point).engine.text
 
 
 class Ensemble:
     """Trajectories of operating points, advanced together; the neighbours have no influence.
 
-    All points must agree in `kernel_of`, and all take `steps_per_revolution` as it is. States are
-    (n, 12) in m and m/s: y, z (disk), y1, z1, y2, z2 (bearings) and their time derivatives, in
-    frame `rotor`. The shaft stands at angle 0 whenever control returns; `revolution` counts, since
-    the cage goes on turning. A trajectory that diverges becomes infinite or NaN, silently. Up to
-    4 trajectories and more run by different machine code: results then differ by rounding.
+    All points must agree in `engine_of`, and all take `steps_per_revolution` as it is. States are
+    (n, 2m) in m and m/s: the displacements of the m degrees of freedom in the order of the plant's
+    `coordinates`, then their time derivatives, in frame `rotor`; for the rotor of Hou et al. y, z
+    (disk), y1, z1, y2, z2 (bearings). The shaft stands at angle 0 whenever control returns;
+    `revolution` counts, since the cage goes on turning. A trajectory that diverges becomes
+    infinite or NaN, silently. How many stand side by side does not change the bits.
     """
 
     def __init__(
@@ -147,43 +133,56 @@ class Ensemble:
         states: ArrayLike | None = None,
         revolution: int = 0,
     ) -> None:
-        kernels = {kernel_of(point) for point in points}
-        if len(kernels) != 1:
+        plants = [plant_of(point) for point in points]
+        if len({plant.engine.text for plant in plants}) != 1:
             raise AnalysisError(
-                f'{len(points)} points of {len(kernels)} kinds; points side by side need the same '
-                'ball_count, and all or none of them the crack_half_angle_rad pi/6'
+                f'{len(points)} points of several kinds; points side by side need rotors of the '
+                'same elements, ball_count, and crack_half_angle_rad pi/6 for all or none of them'
             )
-        ((balls, closed_form),) = kernels
         self.points = tuple(points)
         self.revolution = revolution
+        self._plant = plants[0]
         self._speed = np.array([point.speed_rad_s for point in points])
-        directions = balls // 2 if balls % 2 == 0 else balls
-        self._balls = (0,) * directions
-        self._terms = () if closed_form else (0,) * _POLYNOMIAL_TERMS
         self._lanes = (0,) * (1 if len(points) <= _FEW else LANES)
-        self._rows = _lanes.BALLS + 2 * directions + len(self._terms)
+        self._rows = self._plant.engine.rows
+        height = self._rows.coefficients + len(self._plant.coefficients)
         groups = -(-len(points) // len(self._lanes))
-        self._buffer = np.empty((groups, self._rows, len(self._lanes)))
+        self._buffer = np.zeros((groups, height, len(self._lanes)))
         half_steps = np.arange(2 * steps_per_revolution + 1) * (math.pi / steps_per_revolution)
         self._cosines, self._sines = np.cos(half_steps), np.sin(half_steps)
-        step = 2.0 * math.pi / steps_per_revolution
-        columns = [_coefficients(point, step, directions, len(self._terms)) for point in points]
-        self._set(slice(_lanes.COS_CAGE, self._rows), np.array(columns))
+        self._set_constants(plants, half_steps[1])
         self.states = (
             np.array([fixed_start(point.parameters) for point in points])
             if states is None
             else np.asarray(states, np.float64)
         )
 
+    def _set_constants(self, plants: Sequence[CompiledPlant], half_step_rad: float) -> None:
+        rows, count = self._rows, len(self.points)
+        ratios = np.array([plant.ratios for plant in plants])
+        half_turns = np.stack([np.cos(ratios * half_step_rad), np.sin(ratios * half_step_rad)], 2)
+        live = np.array([list(plant.live.values()) for plant in plants]).reshape(count, -1)
+        self._set(rows.load, np.array([[point.load_m_s2, 0.0] for point in self.points]))
+        self._set(rows.drive, self._speed[:, np.newaxis])
+        for place in range(live.shape[1]):
+            self._set(rows.drive + 2 + 2 * place, live[:, place : place + 1])
+        self._set(rows.ratios, ratios)
+        self._set(rows.half_turns, half_turns.reshape(count, -1))
+        self._set(rows.step, 2.0 * half_step_rad / self._speed[:, np.newaxis])
+        self._set(rows.coefficients, np.array([plant.coefficients for plant in plants]))
+
+    @property
+    def _size(self) -> int:
+        return 2 * self._plant.size
+
     @property
     def states(self) -> Array:
-        """The states (n, 12) in m and m/s; may be set."""
-        return self._get(slice(_lanes.STATE, _lanes.STATE + 12)) * self._scale(self._speed)
+        """The states (n, 2m) in m and m/s; may be set."""
+        return self._get(self._rows.state, self._size)
 
     @states.setter
     def states(self, states: Array) -> None:
-        rows = np.broadcast_to(states, (len(self.points), 12)) / self._scale(self._speed)
-        self._set(slice(_lanes.STATE, _lanes.STATE + 12), rows)
+        self._set(self._rows.state, np.broadcast_to(states, (len(self.points), self._size)))
 
     def advance(self, revolutions: int, samples_per_revolution: int = 0) -> Array:
         """Go on by whole revolutions; return y, z (m), y', z' (m/s) of the disk (n, samples, 4).
@@ -195,15 +194,17 @@ class Ensemble:
     def advance_tangents(
         self, tangents: ArrayLike, revolutions: int = 1, *, saltation: bool = True
     ) -> Array:
-        """Go on with one tangent (n, 12) a trajectory; return the tangents at the end.
+        """Go on with one tangent (n, 2m) a trajectory; return the tangents at the end.
 
-        Positions in m and derivatives by tau in m/rad. `saltation`: whether a tangent jumps where
-        the right-hand side does, which the true linearisation asks for.
+        Positions in m and derivatives by the shaft angle in m/rad. `saltation`: whether a tangent
+        jumps where the right-hand side does, which the true linearisation asks for.
         """
-        tangents = np.broadcast_to(np.asarray(tangents, np.float64), (len(self.points), 12))
-        self._set(slice(_lanes.TANGENT, _lanes.TANGENT + 12), tangents)
+        scale = np.repeat(
+            np.stack([np.ones_like(self._speed), self._speed], axis=1), self._plant.size, axis=1
+        )
+        self._set(self._rows.tangent, np.asarray(tangents, np.float64) * scale)
         self._run(revolutions, 0, (0,), saltation=saltation)
-        return self._get(slice(_lanes.TANGENT, _lanes.TANGENT + 12))
+        return self._get(self._rows.tangent, self._size) / scale
 
     def _run(
         self, revolutions: int, samples: int, tangent: tuple[int, ...], *, saltation: bool
@@ -213,83 +214,36 @@ class Ensemble:
             raise AnalysisError(
                 f'samples_per_revolution = {samples} does not divide the {steps} steps'
             )
-        groups, _, lanes = self._buffer.shape
-        out = np.empty((groups, revolutions * samples, _lanes.QUANTITIES, lanes))
-        _lanes.advance(
+        groups, height, lanes = self._buffer.shape
+        size = self._plant.size
+        observed = np.array([0, 1, size, size + 1])
+        out = np.empty((groups, revolutions * samples, len(observed), lanes))
+        self._plant.module.revolve(
             self._buffer.reshape(-1),
-            self._rows,
+            height,
             self._lanes,
+            self._plant.alike(self._get(self._rows.state, self._size)),
             tangent,
             saltation,
             self.revolution,
             revolutions,
             self._cosines,
             self._sines,
-            self._balls,
-            self._terms,
             steps // samples if samples else 0,
+            observed,
             out,
         )
         self.revolution += revolutions
-        record = out.transpose(0, 3, 1, 2).reshape(groups * lanes, -1, _lanes.QUANTITIES)
-        record = record[: len(self.points)]
-        record[..., 2:] *= self._speed[:, np.newaxis, np.newaxis]
-        return record
+        record = out.transpose(0, 3, 1, 2).reshape(groups * lanes, -1, len(observed))
+        return record[: len(self.points)]
 
-    @staticmethod
-    def _scale(speed: Array) -> Array:
-        """Return what turns m and m/rad into m and m/s, (n, 12)."""
-        return np.repeat(np.stack([np.ones_like(speed), speed], axis=1), 6, axis=1)
+    def _get(self, row: int, count: int) -> Array:
+        part = self._buffer[:, row : row + count].transpose(0, 2, 1)
+        return part.reshape(-1, count)[: len(self.points)].copy()
 
-    def _get(self, rows: slice) -> Array:
-        part = self._buffer[:, rows].transpose(0, 2, 1)
-        return part.reshape(-1, part.shape[-1])[: len(self.points)].copy()
-
-    def _set(self, rows: slice, values: Array) -> None:
+    def _set(self, row: int, values: Array) -> None:
         # spare lanes repeat the last trajectory: anything finite would do
         groups, _, lanes = self._buffer.shape
         padded = np.concatenate([values, values[-1:].repeat(groups * lanes - len(values), axis=0)])
+        rows = slice(row, row + values.shape[1])
         self._buffer[:, rows] = padded.reshape(groups, lanes, -1).transpose(0, 2, 1)
-
-
-def _coefficients(point: OperatingPoint, step_rad: float, directions: int, terms: int) -> Array:
-    """Return the rows of one lane from COS_CAGE on: eq. (5) over w^2."""
-    p, speed = point.parameters, point.speed_rad_s
-    stiffness, square = p.shaft_stiffness_n_m, speed * speed
-    disk, bearing = p.disk_mass_kg * square, p.bearing_mass_kg * square
-    lost = p.crack_stiffness_ratio * stiffness
-    edge = math.sin(p.crack_half_angle_rad)
-    continued = p.theta_convention == 'last_branch'
-    values = {
-        _lanes.COS_CAGE: 1.0,
-        _lanes.SIN_CAGE: 0.0,
-        _lanes.COS_CAGE_STEP: math.cos(0.5 * step_rad * p.cage_ratio),
-        _lanes.SIN_CAGE_STEP: math.sin(0.5 * step_rad * p.cage_ratio),
-        _lanes.CAGE_RATIO: p.cage_ratio,
-        _lanes.STIFFNESS_DISK: stiffness / disk,
-        _lanes.STIFFNESS_BEARING: stiffness / bearing,
-        _lanes.CRACK_DISK: p.crack_scale * lost / disk,
-        _lanes.CRACK_BEARING: p.bearing_crack_scale * lost / bearing,
-        _lanes.COUPLING: -float(p.coupling_sign),
-        _lanes.DAMPING_DISK: 2.0 * p.damping_ratio,
-        _lanes.DAMPING_BEARING: 2.0 * p.damping_ratio * p.disk_mass_kg / p.bearing_mass_kg,
-        _lanes.ECCENTRICITY: p.eccentricity_m,
-        _lanes.CONTACT: p.contact_stiffness_n_m15 / bearing,
-        _lanes.CLEARANCE: p.clearance_m,
-        _lanes.CLEARANCE_BEHIND: p.clearance_m if p.ball_count % 2 == 0 else math.inf,
-        _lanes.LOAD: p.load_scale * point.load_m_s2 / square,
-        _lanes.COS_CRACK: math.cos(p.crack_angle_rad),
-        _lanes.SIN_CRACK: math.sin(p.crack_angle_rad),
-        _lanes.PHASE_FROM_Z: float(p.phase_convention != 'atan2_z_y'),
-        _lanes.PHASE_FLIP: -1.0 if p.phase_convention == 'arctan_y_over_z' else 1.0,
-        _lanes.SIN_HALF_ANGLE: edge,
-        _lanes.HIGHEST_COSINE: 1.0 if continued else edge,
-        _lanes.GAP: float(p.theta_convention != 'gap_open'),
-        _lanes.JUMPS: float(p.theta_convention != 'continuous'),
-        _lanes.REGION: 0.0,
-        _lanes.NEXT_REGION: 0.0,
-    }
-    angles = 2.0 * np.pi * np.arange(directions) / p.ball_count
-    polynomial = _breathing(p) if terms else np.empty(0)
-    rows = [values[row] for row in range(_lanes.COS_CAGE, _lanes.BALLS)]
-    return np.concatenate([rows, np.cos(angles), np.sin(angles), polynomial])

@@ -29,9 +29,8 @@ from rotor_dynamics.ensemble import (
     Array,
     Ensemble,
     OperatingPoint,
-    check_breathing,
     checked_start,
-    kernel_of,
+    engine_of,
     steps_needed,
 )
 from rotor_dynamics.errors import AnalysisError
@@ -318,10 +317,8 @@ def _chunks(points: Sequence[OperatingPoint], plan: Plan) -> list[list[int]]:
 
     def kind(index: int) -> tuple[Any, ...]:
         point = points[index]
-        return (steps_needed(point, plan.steps_per_revolution), *kernel_of(point))
+        return (steps_needed(point, plan.steps_per_revolution), engine_of(point))
 
-    for point in points:
-        check_breathing(point)
     size = CHUNK if plan.revolutions <= 1000 else LONG_CHUNK
     chunks = []
     for _, same in itertools.groupby(sorted(range(len(points)), key=kind), kind):

@@ -7,11 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-from rotor_sim import RotorParameters
-from rotor_sim.plant.model import (
+from hou_equations import (
     Drive,
     acceleration,
     breathing,
@@ -20,6 +16,10 @@ from rotor_sim.plant.model import (
     phase,
     stiffness,
 )
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rotor_sim import RotorParameters
 from rotor_sim.plant.parameters import PhaseConvention, ThetaConvention
 
 PI = math.pi

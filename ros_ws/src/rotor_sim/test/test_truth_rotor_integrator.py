@@ -9,13 +9,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hou_equations import Drive, ball_angles, derivative, energy
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import LoadGrid, RotorParameters, RotorSimConfig, RotorSimulator
-from rotor_sim.plant.model import Drive, ball_angles, derivative, energy
 
 Array = NDArray[np.float64]
 Revolutions = Callable[..., tuple[Array, Array]]

@@ -9,8 +9,18 @@ from rotor_sim.plant.elements.hou_crack import HouCrack
 from rotor_sim.plant.elements.shaft_segment import ShaftSegment
 from rotor_sim.plant.elements.turning_force import TurningForce
 from rotor_sim.plant.elements.unbalance import Unbalance
+from rotor_sim.plant.generator import Record
 from rotor_sim.plant.parameters import RotorParameters
 from rotor_sim.plant.plant import Node, Plant
+
+RECORDS = (
+    *(Record('acceleration', place) for place in (2, 3, 4, 5)),
+    Record('load', 0),
+    Record('load', 1),
+    *(Record('force', axis, f'ball_bearing_{number}') for number in (1, 2) for axis in (0, 1)),
+)
+"""What the sensors need beside the displacements: accelerations of the bearings (m/s^2), load y, z
+(m/s^2), contact forces on the journals (N)."""
 
 _HALF_SPAN_M = 0.5
 """Of the pictures; the equations know no length."""

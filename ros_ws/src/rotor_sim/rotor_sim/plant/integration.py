@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""From plans of samples to sampled rows: the one place that calls the compiled integrator."""
+"""From plans of samples to sampled rows: the one place that calls the engine of a stream."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,36 +9,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotor_common.constants import LOAD_RATE_HZ
+from rotor_sim.plant.compiled_plant import CompiledPlant
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Lane:
-    """What the integrator knows of a rotor: see `_kernels.kind` and `_kernels.pack`.
-
-    Rotors whose other fields agree can be integrated side by side.
-    """
+    """A rotor as the integrator sees it; those that agree in `shared` can stand side by side."""
 
     rate_hz: int
     substeps: int
-    balls: tuple[int, ...]
-    curve: tuple[int, ...]
-    coefficients: Array
+    plant: CompiledPlant
 
     @property
     def shared(self) -> tuple[object, ...]:
         """What lanes side by side have in common."""
-        return self.rate_hz, self.substeps, self.balls, self.curve
+        return self.rate_hz, self.substeps, self.plant.engine.text
 
 
 @dataclass(frozen=True)
 class Stretch:
     """Consecutive samples of one rotor before they are integrated.
 
-    `state` (12,) holds at `first_sample`: y, z, y1, z1, y2, z2 in m and their rates in m/s.
-    `drive` (n, 6) is shaft and cage angle (rad, reduced to one turn), speed (rad/s) and its
-    increment over the sample, crack and its increment; `turns` the whole turns of the shaft.
+    `state` (2n,) holds at `first_sample`, see `CompiledPlant`. `drive` (samples, columns): the
+    angle of each rotation (rad, reduced to one turn), then speed (rad/s) and its increment over the
+    sample, then each live parameter and its increment; `turns` the whole turns of the shaft.
     `load` (points, 2) in m/s^2 is the grid's part from the point at or before the first sample on.
     """
 
@@ -51,24 +47,22 @@ class Stretch:
 
 
 def integrate(plans: Sequence[Stretch], lanes: int) -> tuple[Array, Array]:
-    """Return the rows (plans, n, OUTPUTS) and the states (plans, 12) after the last sample.
+    """Return the rows (plans, samples, n + records) and the states (plans, 2n) after the last.
 
-    The plans agree in first sample, length and `Lane.shared`; `lanes` is at least their number and
-    has no influence on the bits. Nothing is checked: a rotor that diverges gives what it gives.
+    A row holds the displacements, then the records of the plant. The plans agree in first sample,
+    length and `Lane.shared`; `lanes` is at least their number and has no influence on the bits.
+    Nothing is checked: a rotor that diverges gives what it gives.
     """
-    from rotor_sim.plant import _kernels  # noqa: PLC0415 - numba is slow to import
-
     first = plans[0]
-    lane = first.lane
+    lane, plant = first.lane, first.lane.plant
     padded = [*plans, *[plans[-1]] * (lanes - len(plans))]
     states = np.array([plan.state for plan in padded])
-    out = np.empty((lanes, len(first.drive), _kernels.OUTPUTS))
-    _kernels.integrate(
+    out = np.empty((lanes, len(first.drive), plant.size + len(plant.records)))
+    plant.module.stream(
         (0,) * lanes,
-        lane.balls,
-        lane.curve,
-        _kernels.alike(states),
-        np.array([plan.lane.coefficients for plan in padded]),
+        plant.alike(states),
+        np.array([plan.lane.plant.coefficients for plan in padded]),
+        np.array([plan.lane.plant.ratios for plan in padded]),
         states,
         out,
         lane.rate_hz,

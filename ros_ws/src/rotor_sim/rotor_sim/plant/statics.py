@@ -16,6 +16,8 @@ _ITERATIONS = 400
 _CONVERGED = 1e-12
 _LONGEST_STEP_M = 1e-4
 """Of the search where nothing holds the rotor, as in the clearance of a bearing."""
+_LEAST_DAMPING = 1e-12
+"""Of the stiffness: where a ball alone carries, nothing holds the journal sideways."""
 _ACCEPTED = 1e-6
 _ACCEPTED_AT_A_JUMP = 0.5
 """Of the load: where the force jumps, it may be in balance on neither side (Filippov)."""
@@ -30,7 +32,8 @@ def static_equilibrium(
     """Return the state (2n,) at rest in m and m/s: forces in balance, velocities 0.
 
     The shaft stands still at `angle_rad`, so the unbalance does not act. `load_m_s2` is (y, z) in
-    frame `rotor`. Found by pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal.
+    frame `rotor`; without load the rotor is put at the origin, in a clearance one of many places.
+    Found by pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal.
     35 (1998) 508): implicit steps of x' = acceleration(x), longer as the balance comes near. Where
     the balance lies on a jump of the force, the nearest place found is returned.
 
@@ -43,10 +46,11 @@ def static_equilibrium(
     state = np.zeros(2 * n)
     missing = plant.acceleration(state, at)
     size = float(np.max(np.abs(missing)))
-    if size == 0.0:
+    if size == 0.0 or load_m_s2 == (0.0, 0.0):
         return state
     best, smallest = state, np.inf
     damping = float(np.max(np.abs(plant.jacobian(state, at)[:, :n]))) or 1.0
+    least = _LEAST_DAMPING * damping
     for _ in range(_ITERATIONS):
         norm = float(np.max(np.abs(missing)))
         if norm < smallest:
@@ -61,7 +65,7 @@ def static_equilibrium(
             break
         change = float(np.max(np.abs(following))) / norm
         damping *= min(change, 2.0) if change > 1.0 else max(0.7 * change, 0.1)
-        damping = max(damping, change * norm / _LONGEST_STEP_M)
+        damping = max(damping, least, change * norm / _LONGEST_STEP_M)
         missing = following
     accepted = _ACCEPTED_AT_A_JUMP if plant.engine.switches else _ACCEPTED
     if not smallest <= accepted * size:

@@ -136,7 +136,7 @@ class RampSchedule:
 
         As whole turns (negative before sample 0) and the rest in rad, in [0, 2 pi).
         """
-        from rotor_sim.plant._kernels import turn  # noqa: PLC0415 - numba is slow to import
+        from rotor_sim.stream._kernels import turn  # noqa: PLC0415 - numba is slow to import
 
         turns = np.empty(count, np.int64)
         angles = np.empty(count)

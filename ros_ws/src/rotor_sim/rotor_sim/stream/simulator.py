@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from rotor_common.constants import GRAVITY_M_S2, LOAD_RATE_HZ
 from rotor_sim.errors import IntegrationError, RotorError
+from rotor_sim.plant.compiled_plant import CompiledPlant
+from rotor_sim.plant.hou2016 import RECORDS, hou2016
 from rotor_sim.plant.integration import Lane, Stretch, integrate
 from rotor_sim.plant.statics import static_equilibrium
 from rotor_sim.rotor_config import LiveParameters, ParameterChange, RotorSimConfig
@@ -21,6 +23,8 @@ from rotor_sim.stream.load_grid import LoadGrid
 Array = NDArray[np.float64]
 
 _SETTLE_CHUNK = 8192
+_LIVE = {'crack_stiffness_ratio': 'crack.stiffness_ratio'}
+"""Live parameters of a run that are those of an element."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +60,10 @@ class RotorSimulator:
         self._changes: list[ParameterChange] = []
         for change in config.changes:
             self._change(change.sample, change.parameter, change.value)
-        self._state = np.full(12, np.nan)
-        self._lane: Lane | None = None
+        forcing = config.forcing
+        plant = hou2016(config.rotor, forcing.amplitude_n, forcing.phase_rad)
+        self._lane = Lane(config.rate_hz, self.substeps, CompiledPlant(plant, RECORDS))
+        self._state = np.full(2 * self._lane.plant.size, np.nan)
         self._prepared = False
         from rotor_sim.sensors.chain import SensorChain  # noqa: PLC0415 - numba is slow to import
 
@@ -71,7 +77,7 @@ class RotorSimulator:
 
     @property
     def state(self) -> Array:
-        """Copy of the state (12,) at `next_sample`: y, z, y1, z1, y2, z2 (m), their rates (m/s)."""
+        """Copy of the state (2n,) at `next_sample`: displacements (m), then velocities (m/s)."""
         if not self._prepared:
             raise RotorError('the simulator has no state before prepare(); call it first')
         return self._state.copy()
@@ -94,7 +100,7 @@ class RotorSimulator:
         """Load or compile the kernel, so that neither settling nor the first block waits for it."""
         plan = self._planned(0, 0, np.zeros((1, 2)))
         rows, _ = integrate([plan], 1)
-        self.check(plan, rows[0], np.zeros(12))
+        self.check(plan, rows[0], np.zeros_like(self._state))
         self._sensors.compile()
 
     def prepare(self, load_grid: LoadGrid) -> None:
@@ -110,12 +116,11 @@ class RotorSimulator:
         rate = self.config.rate_hz
         revolution = 2.0 * math.pi * rate / self.config.speed.initial_rad_s
         sample = -math.ceil(self.config.settle_revolutions * revolution)
-        angle, cage = self._planned(sample, 1, load).drive[0, :2]
+        turns, angle = self._schedules['speed_target_rad_s'].angles(sample, 1)
         self._state = static_equilibrium(
-            self.parameters,
+            self._lane.plant,
             (float(load[0, 0]), float(load[0, 1])),
-            float(angle),
-            cage_angle_rad=float(cage),
+            2.0 * math.pi * float(turns[0]) + float(angle[0]),
         )
         while sample < 0:
             count = min(_SETTLE_CHUNK, -sample)
@@ -157,7 +162,7 @@ class RotorSimulator:
     def finish(self, plan: Stretch, out: Array, state: Array) -> SimulatedBlock:
         """Return the block of a plan that has been integrated and go on after it.
 
-        `out` (n, OUTPUTS) are the sampled rows, see `_kernels`; `state` (12,) that after the last.
+        `out` are the sampled rows, see `integrate`; `state` is that after the last.
         """
         first, angle = plan.first_sample, plan.drive[:, 0]
         levels = self._noise_levels(first, len(out))
@@ -176,42 +181,32 @@ class RotorSimulator:
         return block
 
     def _planned(self, first: int, count: int, load: Array) -> Stretch:
-        speed = self._schedules['speed_target_rad_s']
-        crack = self._schedules['crack_stiffness_ratio']
-        turns, angle = speed.angles(first, count)
-        ratio = self.parameters.cage_ratio
-        drive = np.empty((count, 6))
-        drive[:, 0] = angle
-        cage_turns = ratio * turns
-        drive[:, 1] = (cage_turns - np.floor(cage_turns)) * (2.0 * np.pi) + ratio * angle
-        drive[:, 2], drive[:, 3] = speed.values(first, count)
-        drive[:, 4], drive[:, 5] = crack.values(first, count)
-        return Stretch(self._rotor(), first, self._state, turns, drive, load)
-
-    def _rotor(self) -> Lane:
-        """Return what the integrator knows of this rotor."""
-        if self._lane is None:
-            from rotor_sim.plant import _kernels  # noqa: PLC0415 - numba is slow to import
-
-            forcing = self.config.forcing
-            self._lane = Lane(
-                self.config.rate_hz,
-                self.substeps,
-                *_kernels.kind(self.parameters),
-                _kernels.pack(self.parameters, forcing.amplitude_n, forcing.phase_rad),
-            )
-        return self._lane
+        plant = self._lane.plant
+        turns, angle = self._schedules['speed_target_rad_s'].angles(first, count)
+        rotations = len(plant.ratios)
+        drive = np.empty((count, rotations + 2 + 2 * len(plant.live)))
+        for column, ratio in enumerate(plant.ratios):
+            whole = ratio * turns
+            drive[:, column] = (whole - np.floor(whole)) * (2.0 * np.pi) + ratio * angle
+        columns = {'speed_target_rad_s': rotations}
+        for place, (name, value) in enumerate(plant.live.items()):
+            column = rotations + 2 + 2 * place
+            drive[:, column], drive[:, column + 1] = value, 0.0
+            columns |= {k: column for k, live in _LIVE.items() if live == name}
+        for name, column in columns.items():
+            drive[:, column], drive[:, column + 1] = self._schedules[name].values(first, count)
+        return Stretch(self._lane, first, self._state, turns, drive, load)
 
     def check(self, plan: Stretch, out: Array, state: Array) -> None:
         """Raise IntegrationError for rows or a state after them that no rotor can have.
 
         Not finite, or outside the bearings: never to be handed out. Nothing has moved then.
         """
-        from rotor_sim.plant import _kernels  # noqa: PLC0415 - numba is slow to import
+        from rotor_sim.stream import _kernels  # noqa: PLC0415 - numba is slow to import
 
-        limit = self.parameters.inner_radius_m
-        row = _kernels.first_outside(out, limit)
-        if row == len(out) and (np.abs(state[:6]) < limit).all():
+        limit, size = self.parameters.inner_radius_m, self._lane.plant.size
+        row = _kernels.first_outside(out, size, limit)
+        if row == len(out) and (np.abs(state[:size]) < limit).all():
             return
         sample = plan.first_sample + row
         speed = self._schedules['speed_target_rad_s'].value(sample)

@@ -1,6 +1,6 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The compiled kernel against the readable model, NaN, and the cache on disk."""
+"""The engine of the paper's rotor against equations written apart, NaN, and the cache on disk."""
 
 import os
 import subprocess
@@ -12,12 +12,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hou_equations import Drive, acceleration, breathing, contact_force, rk4_step
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from rotor_common.constants import LANES
 from rotor_sim import RotorParameters
-from rotor_sim.plant.model import Drive, acceleration, contact_force, rk4_step
+from rotor_sim.plant.arithmetic import cos_sin, half_angle
+from rotor_sim.plant.breathing import breathing_polynomial
+from rotor_sim.plant.compiled_plant import CompiledPlant
+from rotor_sim.plant.elements.hou_crack import POLYNOMIAL_TERMS
+from rotor_sim.plant.hou2016 import RECORDS, hou2016
 from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]
@@ -142,12 +148,8 @@ def test_load_row_is_the_linear_interpolation(kernel: Kernel) -> None:
 @example(angle=np.pi)
 @example(angle=2 * np.pi)
 def test_cos_and_sin_are_those_of_the_library(angle: float) -> None:
-    from rotor_sim.plant import _kernels
-
     # one unit in the last place of 1; near a zero the error is that small too
-    assert _kernels._cos_sin(angle) == pytest.approx(
-        (np.cos(angle), np.sin(angle)), rel=0, abs=2.3e-16
-    )
+    assert cos_sin(angle) == pytest.approx((np.cos(angle), np.sin(angle)), rel=0, abs=2.3e-16)
 
 
 @settings(max_examples=300, deadline=None)
@@ -156,11 +158,9 @@ def test_cos_and_sin_are_those_of_the_library(angle: float) -> None:
 @example(angle=-np.pi / 2, behind=True, r=1.0)
 @example(angle=0.0, behind=True, r=1e-5)
 def test_angle_is_that_of_the_library(angle: float, behind: bool, r: float) -> None:
-    from rotor_sim.plant import _kernels
-
     x, y = r * np.cos(angle) * (-1.0 if behind else 1.0), r * np.sin(angle)
     # two units in the last place of pi/2, and what rounding x and y turns the direction by
-    assert _kernels._angle(x, y, r) == pytest.approx(angle, rel=0, abs=1e-15)
+    assert half_angle(x, y, r) == pytest.approx(angle, rel=0, abs=1e-15)
 
 
 def lanes_of(count: int, variant: str, half_angle: float) -> list[RotorParameters]:
@@ -183,30 +183,32 @@ def test_the_second_bearing_repeats_the_first_to_the_last_bit(
     variant: str, half_angle: float, count: int
 ) -> None:
     """What is left out for bearings that move alike changes no bit of what is computed."""
-    from rotor_sim.plant import _kernels
-
     random = np.random.default_rng(5)
-    rotors = lanes_of(count, variant, half_angle)
+    plants = [
+        CompiledPlant(hou2016(rotor), RECORDS) for rotor in lanes_of(count, variant, half_angle)
+    ]
     states = np.concatenate(
         [random.normal(size=(count, 6)) * 2e-5, random.normal(size=(count, 6)) * 1e-2], axis=1
     )
     states[:, [4, 5, 10, 11]] = states[:, [2, 3, 8, 9]]
     n = 400
-    drives = np.zeros((count, n, _kernels.DRIVES))
+    drives = np.zeros((count, n, 4 + 2 * len(plants[0].live)))
     speeds = random.uniform(200.0, 700.0, size=(count, 1))
     drives[:, :, 0] = speeds * np.arange(n) / RATE_HZ
-    drives[:, :, 1] = rotors[0].cage_ratio * drives[:, :, 0]
-    drives[:, :, 2], drives[:, :, 4] = speeds, 0.1
+    drives[:, :, 1] = plants[0].ratios[1] * drives[:, :, 0]
+    drives[:, :, 2] = speeds
+    for lane, plant in enumerate(plants):
+        drives[lane, :, 4::2] = list(plant.live.values())
     loads = np.repeat(LOAD[None], count, axis=0)
     loads = np.concatenate([loads, loads], axis=1)
     found = []
-    for alike in (_kernels.alike(states), ()):
-        after, out = states.copy(), np.empty((count, n, _kernels.OUTPUTS))
-        _kernels.integrate(
+    for alike in (plants[0].alike(states), ()):
+        after, out = states.copy(), np.empty((count, n, 6 + len(RECORDS)))
+        plants[0].module.stream(
             (0,) * count,
-            *_kernels.kind(rotors[0]),
             alike,
-            np.array([_kernels.pack(rotor) for rotor in rotors]),
+            np.array([plant.coefficients for plant in plants]),
+            np.array([plant.ratios for plant in plants]),
             after,
             out,
             RATE_HZ,
@@ -220,35 +222,30 @@ def test_the_second_bearing_repeats_the_first_to_the_last_bit(
         )
         found.append((after.tobytes(), out.tobytes()))
         assert np.isfinite(out).all()
-    assert _kernels.alike(states) == (0,)
+    assert plants[0].alike(states) == (0,)
     assert found[0] == found[1]
 
 
 def test_bearings_are_alike_only_bit_for_bit() -> None:
-    from rotor_sim.plant import _kernels
-
+    plant = CompiledPlant(hou2016(RotorParameters()))
     states = np.full((3, 12), np.nan)
-    assert _kernels.alike(states) == (0,)
+    assert plant.alike(states) == (0,)
     for place in (2, 3, 8, 9, 4, 5, 10, 11):
         other = np.zeros((3, 12))
         other[1, place] = -0.0
-        assert _kernels.alike(other) == ()
+        assert plant.alike(other) == ()
 
 
-@pytest.mark.parametrize('half_angle', [0.01, 0.1, 0.4, 0.65, 1.0, 1.3, np.pi / 2])
-def test_polynomial_of_the_breathing_is_eq_4(half_angle: float) -> None:
-    from rotor_sim.plant import _kernels
-    from rotor_sim.plant.breathing import breathing_polynomial
-    from rotor_sim.plant.model import breathing
-
-    polynomial, error = breathing_polynomial(half_angle, _kernels.BREATHING_TERMS)
+@pytest.mark.parametrize('alpha', [0.01, 0.1, 0.4, 0.65, 1.0, 1.3, np.pi / 2])
+def test_polynomial_of_the_breathing_is_eq_4(alpha: float) -> None:
+    polynomial, error = breathing_polynomial(alpha, POLYNOMIAL_TERMS)
     assert error < 1e-14
-    u = np.linspace(-half_angle, half_angle, 999)
+    u = np.linspace(-alpha, alpha, 999)
     t = np.tan(0.5 * u)
     # the model reaches u at theta = pi/2 - u; its cosine turns by up to 1e-16 pi/(2 alpha)
-    expected = breathing(0.5 * np.pi - u, half_angle)
+    expected = breathing(0.5 * np.pi - u, alpha)
     np.testing.assert_allclose(
-        0.5 + t * np.polyval(polynomial, t**2), expected, rtol=0, atol=1e-14 + 5e-16 / half_angle
+        0.5 + t * np.polyval(polynomial, t**2), expected, rtol=0, atol=1e-14 + 5e-16 / alpha
     )
 
 
@@ -260,16 +257,22 @@ def test_nan_stays_nan(place: int, kernel: Kernel) -> None:
     assert np.isnan(after[place])
 
 
-SCRIPT = """
+STREAM = """
+import sys
 import numpy as np
 from rotor_sim import RotorParameters
-from rotor_sim.plant import _kernels
-p = RotorParameters.hou2016()
-_kernels.integrate((0,), *_kernels.kind(p), (), _kernels.pack(p)[None], np.zeros((1, 12)),
-                   np.empty((1, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
-                   np.zeros((1, 1, _kernels.DRIVES)), np.zeros((1, 3, 2)), 0, 100)
-print(sum(_kernels.integrate.stats.cache_hits.values()),
-      sum(_kernels.integrate.stats.cache_misses.values()))
+from rotor_sim.plant.compiled_plant import CompiledPlant
+from rotor_sim.plant.hou2016 import RECORDS, hou2016
+plant = CompiledPlant(hou2016(RotorParameters()), RECORDS)
+n = int(sys.argv[1])
+stream = plant.module.stream
+stream((0,) * n, (0,) * (sys.argv[2] == 'alike'), np.array([plant.coefficients] * n),
+       np.array([plant.ratios] * n), np.zeros((n, 12)), np.empty((n, 1, 16)), 10240,
+       1 / 10240, 1, 0, np.zeros((n, 1, 8)), np.zeros((n, 3, 2)), 0, 100)
+"""
+CACHE = f"""
+{STREAM}
+print(sum(stream.stats.cache_hits.values()), sum(stream.stats.cache_misses.values()))
 """
 
 
@@ -278,7 +281,7 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
     environment = {**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)}
     results = [
         subprocess.run(
-            [sys.executable, '-c', SCRIPT],
+            [sys.executable, '-c', CACHE, '1', 'different'],
             env=environment,
             check=True,
             capture_output=True,
@@ -289,19 +292,9 @@ def test_second_process_loads_the_kernel_from_disk(tmp_path: Path) -> None:
     assert results == [['0', '1'], ['1', '0']]
 
 
-ASSEMBLY = """
-import sys
-import numpy as np
-from rotor_common.constants import LANES
-from rotor_sim import RotorParameters
-from rotor_sim.plant import _kernels
-p = RotorParameters.hou2016()
-n = LANES
-alike = (0,) * (sys.argv[1] == 'alike')
-_kernels.integrate((0,) * n, *_kernels.kind(p), alike, np.array([_kernels.pack(p)] * n),
-                   np.zeros((n, 12)), np.empty((n, 1, _kernels.OUTPUTS)), 10240, 1 / 10240, 1, 0,
-                   np.zeros((n, 1, _kernels.DRIVES)), np.zeros((n, 3, 2)), 0, 100)
-(text,) = _kernels.integrate.inspect_asm().values()
+ASSEMBLY = f"""
+{STREAM}
+(text,) = stream.inspect_asm().values()
 print(*(text.count(name) for name in ('vsqrtpd', 'vsqrtsd', 'vfmadd')))
 """
 
@@ -316,7 +309,7 @@ def test_lanes_are_vectorised_and_nothing_is_contracted(
         pytest.skip('this processor has no AVX')
     # code from the cache on disk has no assembly to look at
     run = subprocess.run(
-        [sys.executable, '-c', ASSEMBLY, bearings],
+        [sys.executable, '-c', ASSEMBLY, str(LANES), bearings],
         env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
         check=True,
         capture_output=True,

@@ -1,6 +1,8 @@
 # Copyright 2026 The cracked rotor rig authors
 # SPDX-License-Identifier: Apache-2.0
-"""The equations of motion in readable NumPy; `_kernels` is the same thing compiled.
+"""The equations of motion of Hou et al. (2016) in NumPy, written apart from the plant's elements.
+
+Tests and benchmarks hold the engine against them.
 
 Equation numbers are those of Hou et al. 2016. A state holds y, z (disk), y1, z1, y2, z2
 (bearings) in m and their time derivatives in m/s, 12 numbers on the last axis; leading axes are
