@@ -30,6 +30,7 @@ from equations import (
     equations,
     growth,
 )
+from hou_equations import ball_angles
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_dynamics import (
@@ -40,7 +41,6 @@ from rotor_dynamics import (
     lyapunov_exponent,
     orbit_diagram,
 )
-from hou_equations import ball_angles
 from rotor_sim.plant.parameters import RotorParameters
 
 Orbit = Callable[[], Array]

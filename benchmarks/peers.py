@@ -35,10 +35,10 @@ import numpy as np
 import report
 import symbolic_solvers as symbolic
 from equations import START, TURN, Array
+from hou_equations import Drive, derivative
 from rich.console import Console
 
 from rotor_common.constants import GRAVITY_M_S2
-from hou_equations import Drive, derivative
 
 CRACKS = np.linspace(0.0, 0.3, 16)
 CRACK = np.array([0.1])

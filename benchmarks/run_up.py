@@ -14,13 +14,13 @@ f does not jump; that takes minutes. `docs/physics.md` quotes the table.
 import argparse
 
 import numpy as np
+from hou_equations import Drive, derivative
 from numpy.typing import NDArray
 from rich.console import Console
 from scipy.integrate import solve_ivp
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_sim import LoadGrid, RotorSimConfig, RotorSimulator
-from hou_equations import Drive, derivative
 from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]

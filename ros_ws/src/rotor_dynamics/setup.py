@@ -31,7 +31,6 @@ setup(
     install_requires=[
         'distributed>=2025.1',
         'matplotlib>=3.9',
-        'numba>=0.61',
         'numpy>=2.1',
         'pyarrow>=17.0',
         'pydantic>=2.9',

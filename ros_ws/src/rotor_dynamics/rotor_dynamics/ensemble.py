@@ -134,9 +134,10 @@ class Ensemble:
         revolution: int = 0,
     ) -> None:
         plants = [plant_of(point) for point in points]
-        if len({plant.engine.text for plant in plants}) != 1:
+        kinds = len({plant.engine.text for plant in plants})
+        if kinds != 1:
             raise AnalysisError(
-                f'{len(points)} points of several kinds; points side by side need rotors of the '
+                f'{len(points)} points of {kinds} kinds; points side by side need rotors of the '
                 'same elements, ball_count, and crack_half_angle_rad pi/6 for all or none of them'
             )
         self.points = tuple(points)
@@ -204,7 +205,7 @@ class Ensemble:
         )
         self._set(self._rows.tangent, np.asarray(tangents, np.float64) * scale)
         self._run(revolutions, 0, (0,), saltation=saltation)
-        return self._get(self._rows.tangent, self._size) / scale
+        return np.asarray(self._get(self._rows.tangent, self._size) / scale)
 
     def _run(
         self, revolutions: int, samples: int, tangent: tuple[int, ...], *, saltation: bool

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rotor_dynamics import Ensemble, OperatingPoint
-from rotor_dynamics.ensemble import LARGEST_STEP, check_breathing, steps_needed
+from rotor_dynamics.ensemble import LARGEST_STEP, steps_needed
 from rotor_dynamics.errors import AnalysisError
 from rotor_sim import RotorParameters
 from rotor_sim.plant.parameters import VARIANTS
@@ -112,7 +112,8 @@ def test_tangents_may_be_split_and_do_not_touch_the_states(count: int) -> None:
     moved = first
     for _ in range(5):
         moved = split.advance_tangents(moved)
-    assert np.array_equal(moved, whole.advance_tangents(first, 5))
+    # each call turns derivatives by time into those by angle: four roundings
+    np.testing.assert_allclose(moved, whole.advance_tangents(first, 5), rtol=1e-13)
     # the same equations, in other machine code: rounding, seen 1e-13 of the length scale
     scale = np.repeat([1.0, 352.0], 6) * where.parameters.length_scale_m
     plain = after([where] * count, 5)
@@ -270,26 +271,20 @@ def test_samples_that_do_not_divide_the_steps_are_refused() -> None:
     assert ensemble.revolution == 0
 
 
-@pytest.mark.parametrize('half_angle', [0.3, 0.4, 1.0, 1.57])
-def test_angles_that_the_refusal_recommends_do_serve(half_angle: float) -> None:
-    """See test_narrow_crack_of_a_continued_branch."""
-    rotor = RotorParameters.hou2016('figure', crack_half_angle_rad=half_angle)
-    check_breathing(OperatingPoint(rotor, 352.0, 3.0))
-
-
 # --- the cache and the machine code ---------------------------------------------------------
 
 SCRIPT = """
 import collections, json, re
 from llvmlite import binding
 from rotor_sim import RotorParameters
-from rotor_dynamics import Ensemble, OperatingPoint, _lanes
+from rotor_dynamics import Ensemble, OperatingPoint
 point = OperatingPoint(RotorParameters.hou2016(), 352.0, 3.0)
 ensemble = Ensemble([point] * 5, 128)
 ensemble.advance(1)
-stats = _lanes.advance.stats
+revolve = ensemble._plant.module.revolve
+stats = revolve.stats
 hits, misses = sum(stats.cache_hits.values()), sum(stats.cache_misses.values())
-asm = '' if hits else next(iter(_lanes.advance.inspect_asm().values()))
+asm = '' if hits else next(iter(revolve.inspect_asm().values()))
 roots = collections.Counter(re.findall(r'v?sqrt[ps]d', asm))
 avx2 = bool(binding.get_host_cpu_features().get('avx2'))
 print(json.dumps([hits, misses, dict(roots), avx2, ensemble.states[0].tolist()]))
@@ -318,7 +313,7 @@ def test_second_process_finds_vectorised_code_on_disk(tmp_path: Path) -> None:
     assert second_state == state
     if not avx2 or 'NUMBA_CPU_NAME' in os.environ:
         pytest.skip('the registers of four are those of AVX2')
-    # four stages, each with the disk's distance and four pairs of balls in two bearings
-    assert roots.get('vsqrtpd', 0) >= 4 * (1 + 2 * 4)
+    # four stages, each with the disk's distance and four pairs of balls in one of two like bearings
+    assert roots.get('vsqrtpd', 0) >= 4 * (1 + 4)
     assert not roots.get('vsqrtsd')
     assert not roots.get('sqrtsd')

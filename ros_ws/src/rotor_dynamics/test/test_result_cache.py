@@ -151,9 +151,12 @@ def test_a_change_of_the_model_makes_other_keys(
 
 
 def test_the_version_covers_what_the_kernels_import() -> None:
-    covered = {f'{package}.{path.relative_to(module._folder(package)).as_posix()[:-3].replace("/", ".")}'
-               for package, names in module._MODEL_SOURCES.items() for name in names
-               for path in module._folder(package).glob(name)}  # fmt: skip
+    covered = set()
+    for package, names in module._MODEL_SOURCES.items():
+        folder = module._folder(package)
+        for path in (path for name in names for path in folder.glob(name)):
+            parts = path.relative_to(folder).with_suffix('').parts
+            covered.add('.'.join([package, *parts]))
     for name in ('ensemble', 'lyapunov', 'surveys', 'continuations'):
         file = module._folder('rotor_dynamics') / f'{name}.py'
         imported = {

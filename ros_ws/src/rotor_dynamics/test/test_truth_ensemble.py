@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import hou_equations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -16,11 +17,13 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from rotor_common.constants import GRAVITY_M_S2
-from rotor_dynamics import Ensemble, OperatingPoint, _lanes, lyapunov_exponent
-from rotor_dynamics.ensemble import _POLYNOMIAL_TERMS, _coefficients
-from rotor_dynamics.errors import AnalysisError
+from rotor_dynamics import Ensemble, OperatingPoint, lyapunov_exponent
+from rotor_dynamics.ensemble import plant_of
 from rotor_sim import RotorParameters
-from rotor_sim.plant import model
+from rotor_sim.plant.compiled_plant import Instant
+from rotor_sim.plant.elements import hou_crack
+from rotor_sim.plant.force_source import Names, Term, Writer, follow
+from rotor_sim.plant.hou2016 import hou2016
 from rotor_sim.plant.parameters import VARIANTS
 
 Array = NDArray[np.float64]
@@ -36,13 +39,7 @@ KINDS: dict[str, dict[str, Any]] = {
     'alpha pi/2': {'crack_half_angle_rad': math.pi / 2},
     'alpha 0.05': {'crack_half_angle_rad': 0.05},
 }
-CASES = [
-    (variant, kind)
-    for variant, reading in VARIANTS.items()
-    for kind in KINDS
-    # refused: see test_narrow_crack_of_a_continued_branch
-    if not (reading['theta_convention'] == 'last_branch' and kind == 'alpha 0.05')
-]
+CASES = [(variant, kind) for variant in VARIANTS for kind in KINDS]
 every_case = pytest.mark.parametrize(('variant', 'kind'), CASES)
 
 
@@ -70,14 +67,14 @@ def test_one_revolution_is_that_of_the_model(
     ensemble = Ensemble([where] * len(start), steps, start, revolution=3)
     ensemble.advance(1)
 
-    def drive(time_s: float) -> model.Drive:
+    def drive(time_s: float) -> hou_equations.Drive:
         angle = SPEED * time_s
         cage = p.cage_ratio * (angle + 6.0 * math.pi)
-        return model.Drive(angle, SPEED, 3.0 * GRAVITY_M_S2, cage_angle_rad=cage)
+        return hou_equations.Drive(angle, SPEED, 3.0 * GRAVITY_M_S2, cage_angle_rad=cage)
 
     expected, step_s = start, 2.0 * math.pi / SPEED / steps
     for step in range(steps):
-        expected = model.rk4_step(p, expected, step * step_s, step_s, drive)
+        expected = hou_equations.rk4_step(p, expected, step * step_s, step_s, drive)
     difference = np.abs(ensemble.states - expected) / units(p)
     size = np.abs(expected / units(p)).max(axis=1, keepdims=True)
     # rounding only; wild contacts multiply it, 7e-13 of the largest number was seen
@@ -88,7 +85,7 @@ def test_one_revolution_is_that_of_the_model(
 def test_twenty_revolutions_are_those_of_the_live_kernel(
     variant: str, kind: str, run_revolutions: Revolutions
 ) -> None:
-    """`_kernels` is held to the model by test_kernel_is_the_model."""
+    """The stream is held to the equations by test_kernel_is_the_model."""
     where = point(variant, **KINDS[kind])
     ensemble = Ensemble([where] * 5, 128)
     ensemble.advance(20)
@@ -219,20 +216,34 @@ def test_divergence_is_nan_for_that_trajectory_alone() -> None:
 # --- the breathing function -----------------------------------------------------------------
 
 
-def lane(where: OperatingPoint, terms: int) -> Array:
-    """Return one lane of a group; its state is zero."""
-    return np.concatenate([np.zeros(_lanes.COS_CAGE), _coefficients(where, 0.01, 4, terms)])
-
-
-def breathing(where: OperatingPoint, theta: Array, terms: int) -> Array:
-    """Return f and df/dtheta (2, ...) as the lanes compute them."""
-    b = lane(where, terms)
-    lanes: Any = _lanes  # compiled functions have the Python ones inside
+def breathing(where: OperatingPoint, theta: Array) -> Array:
+    """Return f and df/dtheta (2, ...) as the engine computes them."""
+    _, crack = next(e for e in hou2016(where.parameters).named_elements() if e[0] == 'crack')
+    writer = Writer(tangent=True)
+    (f,) = follow(
+        hou_crack.breathing,
+        [
+            Term('cosine', 'cosine_change'),
+            Term('sine', 'sine_change'),
+            1.0,
+            Names('p', crack.coefficients()),
+            Names('s', crack.structure()),
+        ],
+        writer,
+        'crack',
+    )
+    code = compile('\n'.join(writer.lines), 'breathing', 'exec')
     found = []
-    for cos_theta, sin_theta in zip(np.cos(theta), np.sin(theta), strict=True):
-        beyond = lanes._beyond.py_func(b, 0, 1, cos_theta, sin_theta)
-        args = (b, 0, 1, cos_theta, sin_theta, beyond, (0,) * 4, (0,) * terms)
-        found.append(lanes._breathing.py_func(*args))
+    for cosine, sine in zip(np.cos(theta), np.sin(theta), strict=True):
+        names = {
+            'math': math,
+            'cosine': cosine,
+            'sine': sine,
+            'cosine_change': -sine,
+            'sine_change': cosine,
+        }
+        exec(code, names)  # noqa: S102 - the lines under test
+        found.append([names[f.text], names[f.change]])
     return np.array(found).T
 
 
@@ -245,8 +256,6 @@ HALF_ANGLES = [0.01, 0.011, 0.03, 0.1, 0.29, 0.3, 0.5, math.pi / 6, 0.9, 1.2, 1.
         (variant, half_angle)
         for variant in ('derived', 'natural', 'figure')
         for half_angle in HALF_ANGLES
-        # refused: see test_narrow_crack_of_a_continued_branch
-        if not (variant == 'figure' and half_angle < 0.3)
     ],
 )
 def test_breathing_is_that_of_the_model(variant: str, half_angle: float) -> None:
@@ -260,26 +269,18 @@ def test_breathing_is_that_of_the_model(variant: str, half_angle: float) -> None
     slopes = [m + half_angle * q for m in (0.5 * math.pi, 1.5 * math.pi) for q in (part, -part)]
     theta = np.concatenate([np.linspace(0.001, 6.282, 301), *slopes])
     theta = theta[np.abs(theta[:, None] - edges).min(axis=1) > 5e-7 * half_angle]
-    closed_form = half_angle == math.pi / 6
-    for terms in {0, _POLYNOMIAL_TERMS} if closed_form else {_POLYNOMIAL_TERMS}:
-        f, rate = breathing(where, theta, terms)
-        expected = model.breathing(theta, half_angle, convention)
-        # what the kernel asks of breathing_polynomial, and rounding of theta, 6e-16, over alpha
-        np.testing.assert_allclose(f, expected, rtol=0, atol=2e-10 + 1e-15 / half_angle)
-        # by differences, 1e-3 of alpha wide: (pi/2 1e-3)^2/6 = 4e-7 of the slope, pi/(4 alpha)
-        step = 1e-3 * half_angle
-        inside = np.abs(theta[:, None] - edges).min(axis=1) > step
-        high, low = (
-            model.breathing(theta + side * step, half_angle, convention) for side in (1.0, -1.0)
-        )
-        slope = (high - low) / (2.0 * step)
-        np.testing.assert_allclose(rate[inside], slope[inside], rtol=0, atol=1e-6 / half_angle)
-
-
-@pytest.mark.parametrize('half_angle', [0.01, 0.05, 0.1, 0.15])
-def test_narrow_crack_of_a_continued_branch(half_angle: float) -> None:
-    with pytest.raises(AnalysisError, match=r'too narrow .*; use 0\.3 to 1\.57, or another'):
-        Ensemble([point('figure', crack_half_angle_rad=half_angle)], 128)
+    f, rate = breathing(where, theta)
+    expected = hou_equations.breathing(theta, half_angle, convention)
+    # rounding of theta, 6e-16, over alpha
+    np.testing.assert_allclose(f, expected, rtol=0, atol=1e-13 + 1e-15 / half_angle)
+    # by differences, 1e-3 of alpha wide: (pi/2 1e-3)^2/6 = 4e-7 of the slope, pi/(4 alpha)
+    step = 1e-3 * half_angle
+    inside = np.abs(theta[:, None] - edges).min(axis=1) > step
+    high, low = (
+        hou_equations.breathing(theta + side * step, half_angle, convention) for side in (1.0, -1.0)
+    )
+    slope = (high - low) / (2.0 * step)
+    np.testing.assert_allclose(rate[inside], slope[inside], rtol=0, atol=1e-6 / half_angle)
 
 
 # --- tangents -------------------------------------------------------------------------------
@@ -311,29 +312,17 @@ def test_changes_of_accelerations_are_their_differences(variant: str, kind: str)
     """All kinds at wild states, off the jumps: a tangent is what RK4 makes of these changes."""
     where = point(variant, **KINDS[kind])
     p = where.parameters
-    directions = p.ball_count // 2 if p.ball_count % 2 == 0 else p.ball_count
-    terms = 0 if p.crack_half_angle_rad == math.pi / 6 else _POLYNOMIAL_TERMS
-    b = np.concatenate([np.zeros(24), _coefficients(where, 0.01, directions, terms)])
-    lanes: Any = _lanes
+    plant = plant_of(where)
     rng = np.random.default_rng(2)
-
-    def accelerations(rows: Array, changes: Array, tau: float) -> tuple[Array, Array]:
-        cage = p.cage_ratio * tau
-        found = lanes._accelerations.py_func(
-            b, 0, 1,
-            tuple(rows[:6]), tuple(rows[6:]), tuple(changes[:6]), tuple(changes[6:]),
-            math.cos(tau), math.sin(tau), math.cos(cage), math.sin(cage),
-            (0,) * directions, (0,) * terms,
-        )  # fmt: skip
-        return np.array(found[0]), np.array(found[1])
-
     ratios = []
     for _ in range(30):
         state, change = rng.standard_normal((2, 12)) * p.length_scale_m
-        tau = float(rng.uniform(0.0, 2.0 * math.pi))
-        _, found = accelerations(state, change, tau)
-        high, _ = accelerations(state + 1e-6 * change, change, tau)
-        low, _ = accelerations(state - 1e-6 * change, change, tau)
+        state[6:] *= SPEED
+        change[6:] *= SPEED
+        at = Instant(float(rng.uniform(0.0, 2.0 * math.pi)), SPEED, (3.0 * GRAVITY_M_S2, 0.0))
+        found = plant.jacobian(state, at) @ change
+        high = plant.acceleration(state + 1e-6 * change, at)
+        low = plant.acceleration(state - 1e-6 * change, at)
         expected = (high - low) / 2e-6
         ratios.append(np.abs(found - expected).max() / np.abs(expected).max())
     # rounding 1e-16/1e-6 and curvature 1e-12; among 30 states one may lie within 1e-6 of a jump
@@ -405,7 +394,9 @@ def crossings(where: OperatingPoint, state: Array) -> tuple[int, int, int]:
     ensemble = Ensemble([where], steps, state, revolution=7)
     y, z = ensemble.advance(1, steps)[0, :, :2].T
     tau = 2.0 * math.pi * np.arange(steps) / steps
-    theta = np.mod(tau + p.crack_angle_rad - model.phase(y, z, p.phase_convention), 2.0 * math.pi)
+    theta = np.mod(
+        tau + p.crack_angle_rad - hou_equations.phase(y, z, p.phase_convention), 2.0 * math.pi
+    )
     beyond = np.diff(theta > 1.5 * math.pi + p.crack_half_angle_rad)
     flips = np.diff(z < 0.0) & (p.phase_convention == 'arctan_y_over_z')
     return int(flips.sum()), int((beyond & ~flips).sum()), int((beyond & flips).sum())

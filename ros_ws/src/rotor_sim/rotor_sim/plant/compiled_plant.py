@@ -99,17 +99,17 @@ class CompiledPlant:
         there_are = (order != np.arange(2 * self.size)).any()
         return (0,) if there_are and states[:, order].tobytes() == states.tobytes() else ()
 
-    def acceleration(self, state: ArrayLike, at: Instant = Instant()) -> Array:  # noqa: B008
+    def acceleration(self, state: ArrayLike, at: Instant = Instant()) -> Array:
         """Return the accelerations (n,) in m/s^2 or rad/s^2 at a state (2n,)."""
         found, _ = self._plain['acceleration'](*self._arguments(state, at))
         return np.array(found)
 
-    def recorded(self, state: ArrayLike, at: Instant = Instant()) -> Array:  # noqa: B008
+    def recorded(self, state: ArrayLike, at: Instant = Instant()) -> Array:
         """Return the `records` at a state."""
         _, found = self._plain['acceleration'](*self._arguments(state, at))
         return np.array(found)
 
-    def jacobian(self, state: ArrayLike, at: Instant = Instant()) -> Array:  # noqa: B008
+    def jacobian(self, state: ArrayLike, at: Instant = Instant()) -> Array:
         """Return d(acceleration)/d(state), (n, 2n), at a state: the derived tangent."""
         n = self.size
         b, i, lanes, x, v, turns, drive, load = self._arguments(state, at)
@@ -137,9 +137,7 @@ class CompiledPlant:
             )
         rows = self.engine.rows
         b = [0.0] * rows.coefficients + self.coefficients.tolist()
-        turns = [
-            of(ratio * at.angle_rad) for ratio in self.ratios for of in (math.cos, math.sin)
-        ]
+        turns = [of(ratio * at.angle_rad) for ratio in self.ratios for of in (math.cos, math.sin)]
         drive = (at.speed_rad_s, at.angular_acceleration_rad_s2, *live.values())
         return b, 0, 1, values[: self.size], values[self.size :], turns, drive, at.load_m_s2
 

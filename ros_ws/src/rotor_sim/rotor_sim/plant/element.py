@@ -40,15 +40,16 @@ class Matrices:
 class Element(ConfigModel):
     """Base of all elements. A subclass sets `touches` and gives `matrices`, `force` or both.
 
-    `force(x, v, p, d, s)` is a static function in the subset of `force_source`. It gets the
-    displacements and velocities of the degrees of freedom in the order of `touches` (m, m/s, rad,
-    rad/s; frame `rotor`), the numbers p of `coefficients`, the drive d and the structure s, and
-    returns the force on each degree of freedom (N, N m). It may leave out arguments at the end.
-    The drive holds cos and sin of the shaft angle, speed_rad_s, acceleration_rad_s2 and cos_NAME,
-    sin_NAME of each of `rotations`.
+    `force` is a static function in the subset of `force_source`. Of the arguments x, v, p, d, s it
+    takes those that it needs: displacements x and velocities v of the degrees of freedom in the
+    order of `touches` (m, m/s, rad, rad/s; frame `rotor`), the numbers p of `coefficients`, the
+    drive d and the structure s. It returns the force on each degree of freedom (N, N m). The drive
+    holds cos and sin of the shaft angle, speed_rad_s, acceleration_rad_s2, load_y_m_s2, load_z_m_s2
+    and cos_NAME, sin_NAME of each of `rotations`.
 
-    `switches(x, v, p, d, s)` returns functions whose zeros are the surfaces across which the force
-    jumps, for the tangents of analyses (saltation); an element whose force is continuous has none.
+    `switches` takes the same arguments. It returns functions whose zeros are the surfaces across
+    which the force jumps, for the tangents of analyses (saltation). An element whose force is
+    continuous has none.
     """
 
     touches: ClassVar[tuple[tuple[str, tuple[Axis, ...]], ...]]

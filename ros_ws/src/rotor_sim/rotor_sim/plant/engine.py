@@ -40,7 +40,7 @@ def load(text: str) -> ModuleType:
     if not path.exists():
         write_whole(path, whole.encode())
     spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None and spec.loader is not None  # noqa: PT018, S101 - the file is there
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)
@@ -51,7 +51,7 @@ def plain(text: str) -> dict[str, Any]:
     """Return the functions of an engine as plain Python, for single evaluations."""
     names: dict[str, Any] = {}
     lines = text.replace('import numba\n', '').replace(
-        "jit = numba.njit(**OPTIONS)\ninline = numba.njit(**OPTIONS, forceinline=True)",
+        'jit = numba.njit(**OPTIONS)\ninline = numba.njit(**OPTIONS, forceinline=True)',
         'jit = inline = lambda function: function',
     )
     exec(compile(lines.replace('cache=CACHE', 'cache=False'), '<engine>', 'exec'), names)  # noqa: S102

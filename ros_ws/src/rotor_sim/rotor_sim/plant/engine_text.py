@@ -120,8 +120,7 @@ def _stream(shape: Shape) -> str:
     begin = _each(
         r,
         lambda k: (
-            f'        c{k}_0, s{k}_0 = b[i + {angles + 2 * k} * L], '
-            f'b[i + {angles + 2 * k + 1} * L]'
+            f'        c{k}_0, s{k}_0 = b[i + {angles + 2 * k} * L], b[i + {angles + 2 * k + 1} * L]'
         ),
         '\n',
     )
@@ -130,8 +129,7 @@ def _stream(shape: Shape) -> str:
     kept = _each(
         r,
         lambda k: (
-            f'        b[i + {angles + 2 * k} * L], b[i + {angles + 2 * k + 1} * L] = '
-            f'c{k}_2, s{k}_2'
+            f'        b[i + {angles + 2 * k} * L], b[i + {angles + 2 * k + 1} * L] = c{k}_2, s{k}_2'
         ),
         '\n',
     )
@@ -141,9 +139,7 @@ def _stream(shape: Shape) -> str:
 
     live = _each(
         m,
-        lambda k: (
-            f', b[i + {drive + 2 + 2 * k} * L] + u * b[i + {drive + 3 + 2 * k} * L]'
-        ),
+        lambda k: f', b[i + {drive + 2 + 2 * k} * L] + u * b[i + {drive + 3 + 2 * k} * L]',
         '',
     )
     records = _each(
@@ -445,9 +441,7 @@ def _saltation(shape: Shape) -> str:
     )
     keep = _each(
         count,
-        lambda k: (
-            f'    b[i + {rows.sides + k} * L] = b[i + {rows.sides + count + k} * L]'
-        ),
+        lambda k: f'    b[i + {rows.sides + k} * L] = b[i + {rows.sides + count + k} * L]',
         '\n',
     )
     differ = _each(

@@ -28,6 +28,14 @@ SUBSET = (
 """What a force function may hold, as errors say it."""
 
 _LONGEST_LOOP = 256
+_SIGNS: dict[type[ast.cmpop], str] = {
+    ast.Lt: '<',
+    ast.LtE: '<=',
+    ast.Gt: '>',
+    ast.GtE: '>=',
+    ast.Eq: '==',
+    ast.NotEq: '!=',
+}
 
 
 @dataclass(frozen=True)
@@ -191,7 +199,7 @@ class _Follower:
         for statement in body:
             self._statement(statement)
 
-    def _statement(self, node: ast.stmt) -> None:
+    def _statement(self, node: ast.stmt) -> None:  # noqa: C901 - one case a kind of statement
         match node:
             case ast.Expr(value=ast.Constant(value=str())) | ast.Pass():
                 pass
@@ -235,7 +243,7 @@ class _Follower:
             case _:
                 raise self._refuse(target, f'an assignment to `{ast.unparse(target)}`')
 
-    def _value(self, node: ast.expr) -> Any:
+    def _value(self, node: ast.expr) -> Any:  # noqa: C901, PLR0911 - one case a kind of expression
         match node:
             case ast.Constant(value=bool() | int() | float() | str() as value):
                 return value
@@ -349,15 +357,13 @@ class _Follower:
                 return not value
         raise self._refuse(node, f'`{ast.unparse(node)}`')
 
-    _SIGNS = {ast.Lt: '<', ast.LtE: '<=', ast.Gt: '>', ast.GtE: '>=', ast.Eq: '==', ast.NotEq: '!='}
-
     def _compare(self, node: ast.Compare) -> Any:
         values = [self._value(each) for each in (node.left, *node.comparators)]
         results = []
         for sign, left, right in zip(node.ops, values, values[1:], strict=False):
-            if type(sign) not in self._SIGNS:
+            if type(sign) not in _SIGNS:
                 raise self._refuse(node, f'`{ast.unparse(node)}`')
-            mark = self._SIGNS[type(sign)]
+            mark = _SIGNS[type(sign)]
             if isinstance(left, Term) or isinstance(right, Term):
                 text = f'{self._number(node, left)} {mark} {self._number(node, right)}'
                 results.append(self._writer.condition(text))
@@ -399,9 +405,9 @@ class _Follower:
 
     def _called(self, node: ast.Call, called: ast.expr, arguments: list[Any]) -> Any:
         function = self._value(called)
-        if not any(isinstance(argument, Term | tuple | Names) for argument in arguments):
-            if function in {abs, min, max, len, range} or function is math.sqrt:
-                return function(*arguments)
+        is_known = not any(isinstance(argument, Term | tuple | Names) for argument in arguments)
+        if is_known and function in {abs, min, max, range, math.sqrt}:
+            return function(*arguments)
         match function, arguments:
             case builtins.len, [tuple() as items]:
                 return len(items)

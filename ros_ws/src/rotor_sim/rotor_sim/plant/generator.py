@@ -9,6 +9,7 @@ over lanes with everything inlined) does LLVM vectorise. No fastmath: nothing is
 contracted, so a lane has the same bits alone and among others, with and without its tangent.
 """
 
+import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -55,20 +56,20 @@ def linear_rows(assembly: Assembly) -> dict[str, float]:
         product = inverse @ getattr(linear, name)
         pattern = coupled.astype(float) @ linear.patterns[name].astype(float) > 0.0
         for j, k in zip(*np.nonzero(pattern), strict=True):
-            _put(rows, _row(name, assembly, int(j), int(k)), float(product[j, k]), assembly)
+            _put(rows, _row(name, assembly, int(j), int(k)), float(product[j, k]))
     for k, axis in enumerate(TRANSLATIONS):
         product = inverse @ linear.load[:, k]
         for j in range(n):
             if product[j] != 0.0:
                 row = f'load_{axis}[{assembly.canonical[j]}]'
-                _put(rows, row, float(product[j]), assembly)
+                _put(rows, row, float(product[j]))
     for j, k in zip(*np.nonzero(coupled), strict=True):
         row = _row('inverse_mass', assembly, int(j), int(k))
-        _put(rows, row, float(inverse[j, k]), assembly)
+        _put(rows, row, float(inverse[j, k]))
     return rows
 
 
-def _put(rows: dict[str, float], name: str, value: float, assembly: Assembly) -> None:
+def _put(rows: dict[str, float], name: str, value: float) -> None:
     before = rows.setdefault(name, value)
     if abs(before - value) > 1e-12 * abs(value):
         raise PlantError(
@@ -207,9 +208,7 @@ class _EngineWriter:
         self._names = list(self._values)
         self._rows = _Layout(n, len(self._ratios), len(self._live), len(records), 0)
         self._switches = len(self._switch_terms(Writer(tangent=False)))
-        self._rows = _Layout(
-            n, len(self._ratios), len(self._live), len(records), self._switches
-        )
+        self._rows = _Layout(n, len(self._ratios), len(self._live), len(records), self._switches)
 
     def engine(self) -> Engine:
         return Engine(
@@ -226,8 +225,8 @@ class _EngineWriter:
 
     def _arguments(
         self, each: PlacedElement, writer: Writer, *, turning: bool = False
-    ) -> list[Any]:
-        """Return what the functions of an element take: x, v, p, d, s.
+    ) -> dict[str, Any]:
+        """Return what the functions of an element may take: x, v, p, d, s.
 
         The numbers p are read before anything else: a read inside a choice stops vectorisation.
         """
@@ -259,19 +258,26 @@ class _EngineWriter:
             drive[f'cos{suffix}'] = Term(f'c{k}', f'dc{k}' if turning else None)
             drive[f'sin{suffix}'] = Term(f's{k}', f'ds{k}' if turning else None)
         structure = dict(own.element.structure())
-        return [
-            x,
-            v,
-            Names(f'the numbers p of {each.element.kind}', numbers),
-            Names('the drive d', drive),
-            Names(f'the structure s of {each.element.kind}', structure),
-        ]
+        return {
+            'x': x,
+            'v': v,
+            'p': Names(f'the numbers p of {each.element.kind}', numbers),
+            'd': Names('the drive d', drive),
+            's': Names(f'the structure s of {each.element.kind}', structure),
+        }
 
     def _follow(
         self, function: Any, each: PlacedElement, writer: Writer, *, turning: bool = False
     ) -> tuple[Any, ...]:
-        arguments = self._arguments(each, writer, turning=turning)
-        return follow(function, arguments, writer, f'element {each.name} ({each.element.kind})')
+        who = f'element {each.name} ({each.element.kind})'
+        offered = self._arguments(each, writer, turning=turning)
+        wanted = tuple(inspect.signature(function).parameters)
+        if unknown := set(wanted) - offered.keys():
+            raise PlantError(
+                f'{who}: {function.__qualname__} takes {min(unknown)}; it may take '
+                f'{", ".join(offered)}'
+            )
+        return follow(function, [offered[name] for name in wanted], writer, who)
 
     def _switch_terms(self, writer: Writer, *, turning: bool = False) -> list[Term]:
         terms: list[Term] = []
@@ -355,7 +361,7 @@ class _EngineWriter:
     def _pattern(self, matrix: str) -> NDArray[np.bool_]:
         linear = self._assembly.linear
         coupled = np.linalg.inv(linear.mass) != 0.0
-        return coupled.astype(float) @ linear.patterns[matrix].astype(float) > 0.0
+        return np.asarray(coupled.astype(float) @ linear.patterns[matrix].astype(float) > 0.0)
 
     def _unpacked(self) -> list[str]:
         """Return the lines that name the arguments of the equations."""

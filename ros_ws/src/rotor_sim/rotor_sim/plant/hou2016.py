@@ -3,6 +3,7 @@
 """The cracked rotor of Hou et al. 2016 as a plant: one disk, two bearings, one crack."""
 
 import functools
+from typing import Any
 
 from rotor_sim.plant.elements.ball_bearing import BallBearing
 from rotor_sim.plant.elements.hou_crack import HouCrack
@@ -29,7 +30,7 @@ _HALF_SPAN_M = 0.5
 @functools.lru_cache(maxsize=4096)
 def hou2016(p: RotorParameters, forcing_n: float = 0.0, forcing_phase_rad: float = 0.0) -> Plant:
     """Return the plant of eq. (5) in the reading of the parameters, with a force at 2 x speed."""
-    bearing = {
+    bearing: dict[str, Any] = {
         'ball_count': p.ball_count,
         'contact_stiffness_n_m15': p.contact_stiffness_n_m15,
         'clearance_m': p.clearance_m,

@@ -39,7 +39,5 @@ def modes(plant: CompiledPlant, state: Array, at: Instant) -> Modes:
     kept = np.flatnonzero(values.imag > 1e-9 * np.max(np.abs(values)))
     kept = kept[np.argsort(values[kept].imag)]
     shapes = vectors[:n, kept].T
-    largest = np.take_along_axis(
-        shapes, np.argmax(np.abs(shapes), axis=1)[:, np.newaxis], axis=1
-    )
+    largest = np.take_along_axis(shapes, np.argmax(np.abs(shapes), axis=1)[:, np.newaxis], axis=1)
     return Modes(values[kept].imag, -values[kept].real, shapes / largest)

@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import pydantic
@@ -65,11 +65,20 @@ class Plant(ConfigModel):
                     f'nodes.{name}: a node is named in small letters, digits and _, and not '
                     f'{GROUND!r}, which never moves'
                 )
-        names: set[str] = set()
+        names = [name for name, _ in self.named_elements()]
+        if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+            raise PlantError(f'two elements are named {twice[0]!r}; rename one')
+        self._check_ends()
+        for pair in self.twins:
+            for node in pair:
+                if node not in self.nodes:
+                    raise PlantError(
+                        f'twins: {node!r} is no node of the plant; it has {", ".join(self.nodes)}'
+                    )
+        return self
+
+    def _check_ends(self) -> None:
         for place, (name, element) in enumerate(self.named_elements()):
-            if name in names:
-                raise PlantError(f'elements[{place}].name = {name!r} stands twice; rename one')
-            names.add(name)
             ends = [getattr(element, key) for key, _ in element.touches]
             for (key, _), node in zip(element.touches, ends, strict=True):
                 if node != GROUND and node not in self.nodes:
@@ -79,11 +88,6 @@ class Plant(ConfigModel):
                     )
             if len(set(ends)) != len(ends):
                 raise PlantError(f'elements[{place}] ({name}) has the node {ends[0]!r} at two ends')
-        for pair in self.twins:
-            for node in pair:
-                if node not in self.nodes:
-                    raise PlantError(f'twins: {node!r} is no node of the plant')
-        return self
 
     def named_elements(self) -> list[tuple[str, Element]]:
         """Return the elements with their names: given ones, else the kind and a number."""
@@ -180,7 +184,9 @@ def assemble(plant: Plant) -> Assembly:
             for key, axes in element.touches
             for axis in axes
         )
-        placed.append(PlacedElement(name, element, places, _twin(placed, element, places, canonical)))
+        placed.append(
+            PlacedElement(name, element, places, _twin(placed, element, places, canonical))
+        )
     linear = _linear_part(plant, coordinates, placed)
     _check_masses(linear.mass, coordinates)
     return Assembly(coordinates, canonical, tuple(placed), linear)
@@ -260,4 +266,3 @@ def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:
             )
     if not np.linalg.eigvalsh(mass)[0] > 0.0:
         raise PlantError('the mass matrix is not positive definite; check the masses of the nodes')
-

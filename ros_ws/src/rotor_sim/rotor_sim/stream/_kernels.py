@@ -22,16 +22,21 @@ class _Decorator(Protocol):
     def __call__(self, function: Function, /) -> Function: ...
 
 
-_jit: _Decorator = numba.njit(
-    cache=machine_code.can_be_kept(__file__), fastmath=False, error_model='numpy', nogil=True
-)
+_OPTIONS: dict[str, Any] = {
+    'cache': machine_code.can_be_kept(__file__),
+    'fastmath': False,
+    'error_model': 'numpy',
+    'nogil': True,
+}
+_jit: _Decorator = numba.njit(**_OPTIONS)
 
 
 @_jit
 def first_outside(out: Array, size: int, limit: float) -> int:
     """Return the first row with a displacement that is not below `limit` (m), or n.
 
-    `out` (n, columns) of one lane begins with `size` displacements. An acceleration that is not finite shows in the next row.
+    `out` (n, columns) of one lane begins with `size` displacements. An acceleration that is not
+    finite shows in the next row.
     """
     for n in range(out.shape[0]):
         outside = 0

@@ -95,7 +95,7 @@ class BallBearing(Element):
         }
 
     @staticmethod
-    def force(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
+    def force(x: Any, p: Any, d: Any, s: Any) -> Any:
         """Return the sum of the contacts on the journal, then on the housing."""
         y, z, housing_y, housing_z = x
         # in the frame of the cage the balls stand still

@@ -155,7 +155,7 @@ class HouCrack(Element):
         return {'curve': self._curve}
 
     @staticmethod
-    def force(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
+    def force(x: Any, p: Any, d: Any, s: Any) -> Any:
         """Return what the open crack gives back of the shaft's elastic force."""
         y, z, y1, z1, y2, z2 = x
         cos_psi, sin_psi = turned(d.cos, d.sin, p.cos_crack, p.sin_crack)
@@ -178,7 +178,7 @@ class HouCrack(Element):
         )
 
     @staticmethod
-    def switches(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
+    def switches(x: Any, p: Any, d: Any) -> Any:
         """Return what is zero where phi flips and where theta passes 3pi/2 + alpha and 2pi."""
         y, z, _, _, _, _ = x
         cos_psi, sin_psi = turned(d.cos, d.sin, p.cos_crack, p.sin_crack)

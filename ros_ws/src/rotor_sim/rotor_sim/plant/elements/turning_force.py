@@ -34,7 +34,7 @@ class TurningForce(Element):
         return {'order': self.order}
 
     @staticmethod
-    def force(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
+    def force(p: Any, d: Any, s: Any) -> Any:
         """Return the force along y and z."""
         c, s_ = d.cos, d.sin
         for _ in range(s.order - 1):

@@ -38,7 +38,7 @@ class Unbalance(Element):
         return {'is_turned': self.phase_rad != 0.0}
 
     @staticmethod
-    def force(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
+    def force(p: Any, d: Any, s: Any) -> Any:
         """Return the centrifugal force, and that of an accelerating shaft."""
         c, s_ = d.cos, d.sin
         if s.is_turned:
