@@ -107,15 +107,16 @@ def test_sign_with_saltation_holds_without_any_tangent() -> None:
     """natural, K = 0.2: neighbours so far apart that they cross steps apart draw together.
 
     200 revolutions are 1257 of tau: -0.005 leaves 1e-3 of a distance of 0.03, down to what a
-    crossing seen a step late keeps apart. +0.024 would be e^30: as far apart as the motion is wide.
+    crossing seen a step late keeps apart: seen 0.003 to 0.01 at 8192 steps, twice that at 4096.
+    +0.024 would be e^30: as far apart as the motion is wide.
     """
     parameters = RotorParameters.hou2016('natural', crack_stiffness_ratio=0.2)
     where = OperatingPoint(parameters, 352.0, 3.0)
     units = np.repeat([1.0, 352.0], 6) * parameters.length_scale_m
-    ensemble = Ensemble([where], 4096)
+    ensemble = Ensemble([where], 8192)
     section = ensemble.advance(300, 1)[0, 100:, 0] / parameters.length_scale_m
     offsets = np.random.default_rng(4).standard_normal((8, 12)) * 1e-2
-    crowd = Ensemble([where] * 8, 4096, ensemble.states + offsets * units, ensemble.revolution)
+    crowd = Ensemble([where] * 8, 8192, ensemble.states + offsets * units, ensemble.revolution)
     crowd.advance(200)
     spread = np.ptp(crowd.states / units, axis=0)[:2].max()
     assert np.ptp(section) > 0.3
