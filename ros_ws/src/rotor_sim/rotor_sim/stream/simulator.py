@@ -27,9 +27,9 @@ _SETTLE_CHUNK = 8192
 class SimulatedBlock:
     """Consecutive samples; rows have WAVEFORM_DTYPE (SI, frame `rotor`), `time` = k/rate.
 
-    `rows` is what the sensors say, with the columns of the user's instruments behind the others;
-    `truth_rows` are without sensor effects. Shaft angle
-    (unwrapped), speed and `truth` hold at the first sample. `imu` is for bearing 1 and 2.
+    `rows` are the sensors' readings, with the columns of the user's instruments after the others;
+    `truth_rows` are without sensor effects. Shaft angle (unwrapped), speed and `truth` are those
+    of the first sample. `imu` is for bearing 1 and 2.
     """
 
     first_sample: int
@@ -47,7 +47,7 @@ class RotorSimulator:
     SETTABLE = tuple(LiveParameters.model_fields)
 
     def __init__(self, config: RotorSimConfig) -> None:
-        """Lay out the run; raises RotorError or ConfigError for what cannot be."""
+        """Set up the run; raises RotorError or ConfigError for an impossible configuration."""
         self.config = config
         self.parameters = config.rotor
         self.substeps = config.substeps()
@@ -91,7 +91,7 @@ class RotorSimulator:
         return sample
 
     def compile(self) -> None:
-        """Load or compile the kernel, so that neither settling nor the first block waits for it."""
+        """Load or compile the kernels, so that settling and the first block do not wait for it."""
         plan = self._planned(0, 0, np.zeros((1, 2)))
         rows, _ = integrate([plan], 1)
         self.check(plan, rows[0], np.zeros(12))
@@ -100,8 +100,8 @@ class RotorSimulator:
     def prepare(self, load_grid: LoadGrid) -> None:
         """Compile, find the equilibrium under load point 0 and let the start-up settle.
 
-        Raises IntegrationError where there is no equilibrium or the start-up diverges, RotorError
-        where the grid is still empty. Does nothing the second time.
+        Raises IntegrationError if there is no equilibrium or the start-up diverges, RotorError if
+        the grid is still empty. Does nothing the second time.
         """
         if self._prepared:
             return
@@ -128,11 +128,11 @@ class RotorSimulator:
         self._prepared = True
 
     def advance(self, n_samples: int, load_grid: LoadGrid) -> SimulatedBlock:
-        """Return the next `n_samples` samples; calls `prepare` first where that is still to do.
+        """Return the next `n_samples` samples; calls `prepare` first if needed.
 
         Raises:
             RotorError: fewer than 1 sample, or a load grid that ends before the block does.
-            IntegrationError: the state left what the model can describe; the run is over.
+            IntegrationError: the state left the range of the model; the run is over.
 
         """
         plan = self.plan(n_samples, load_grid)
@@ -141,9 +141,9 @@ class RotorSimulator:
         return self.finish(plan, rows[0], states[0])
 
     def plan(self, n_samples: int, load_grid: LoadGrid) -> Stretch:
-        """Return what the next `n_samples` samples need; the first part of `advance`.
+        """Return the integrator's input for the next `n_samples` samples: first part of `advance`.
 
-        Raises what `advance` raises, but for a divergence after the start-up.
+        Raises the errors of `advance`, except for a divergence after the start-up.
         """
         if n_samples < 1:
             raise RotorError(f'n_samples = {n_samples} is out of range; allowed: 1 or more')
@@ -155,9 +155,9 @@ class RotorSimulator:
         return self._planned(first, n_samples, load)
 
     def finish(self, plan: Stretch, out: Array, state: Array) -> SimulatedBlock:
-        """Return the block of a plan that has been integrated and go on after it.
+        """Return the block of an integrated plan and move to the sample after it.
 
-        `out` (n, OUTPUTS) are the sampled rows, see `_kernels`; `state` (12,) that after the last.
+        `out` (n, OUTPUTS) are the sampled rows, see `_kernels`; `state` (12,) follows the last.
         """
         first, angle = plan.first_sample, plan.drive[:, 0]
         levels = self._noise_levels(first, len(out))
@@ -189,7 +189,7 @@ class RotorSimulator:
         return Stretch(self._rotor(), first, self._state, turns, drive, load)
 
     def _rotor(self) -> Lane:
-        """Return what the integrator knows of this rotor."""
+        """Return this rotor's parameters for the integrator."""
         if self._lane is None:
             from rotor_sim.plant import _kernels  # noqa: PLC0415 - numba is slow to import
 
@@ -203,9 +203,9 @@ class RotorSimulator:
         return self._lane
 
     def check(self, plan: Stretch, out: Array, state: Array) -> None:
-        """Raise IntegrationError for rows or a state after them that no rotor can have.
+        """Raise IntegrationError if rows or final state are not finite or outside the bearings.
 
-        Not finite, or outside the bearings: never to be handed out. Nothing has moved then.
+        The simulator has not advanced then.
         """
         from rotor_sim.plant import _kernels  # noqa: PLC0415 - numba is slow to import
 
