@@ -455,5 +455,5 @@ def test_a_simulator_that_starts_anew_ends_the_generator(credit: Credit) -> None
         return credit.process.poll() is not None
 
     credit.wait_for(has_ended)
-    assert 'rotor_sim started anew in the middle of a flight' in credit.process.communicate()[1]
+    assert 'rotor_sim restarted in the middle of a flight' in credit.process.communicate()[1]
     assert credit.process.returncode == 2

@@ -44,7 +44,7 @@ def test_a_recording_does_not_choose_what_is_imported(folder: Path) -> None:
     [
         ('class A: pass', 'wrong:A is not a class derived from Family'),
         ('', "indicator family 'wrong:A' cannot be loaded: module 'wrong' has no attribute 'A'"),
-        (FAMILY.replace('title =', 'head ='), 'wrong:A does not say its title'),
+        (FAMILY.replace('title =', 'head ='), 'wrong:A does not declare its title'),
         (
             FAMILY.replace("('peak_to_peak'", "('rms'"),
             "wrong:A takes the name 'rms', which is an indicator already",

@@ -165,7 +165,7 @@ WRONG = {
     'no sensor': ('mine:Strain', 'class Strain: pass', 'must be a class that derives from'),
     'no measure': ('mine:Strain', STRAIN.replace('measure', 'read'), 'and has measure'),
     'taken': ('mine:Strain', STRAIN.replace("'strain'", "'disk_y'"), "'disk_y' already"),
-    'kept': ('mine:Strain', STRAIN.replace("'strain'", "'load_z'"), 'kept for what is no column'),
+    'kept': ('mine:Strain', STRAIN.replace("'strain'", "'load_z'"), 'is reserved'),
     'no name': ('mine:Strain', STRAIN.replace("'strain'", "'a/b'"), 'must be letters'),
     'no unit': ('mine:Strain', STRAIN.replace("'1'", '1'), 'must have a unit'),
     'another unit': ('mine:Strain', STRAIN.replace("'m'", "'mm'"), 'channel in m, but is in mm'),

@@ -336,7 +336,7 @@ def test_what_a_killed_sqlite_recorder_left_is_named(tmp_path: Path) -> None:
         assert database.execute('SELECT count(*) FROM messages').fetchone() == (BLOCKS + 1,)
     database.close()
     path.with_name('bag.db3-wal').write_bytes(b'pages')
-    assert 'what still stands in bag.db3-wal is left out' in ' '.join(Recording(path).damage)
+    assert 'what is still in bag.db3-wal is left out' in ' '.join(Recording(path).damage)
 
 
 def test_messages_in_an_unknown_compression_are_refused(tmp_path: Path) -> None:

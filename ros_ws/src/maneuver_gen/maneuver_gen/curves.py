@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Curves from which maneuvers are composed: float64 arrays in and out.
 
-Each value depends on its own argument only, bit for bit, wherever it stands in the array.
+Each value depends on its own argument only, bit for bit, whatever its position in the array.
 """
 
 import math
@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 def sin(values: FloatArray) -> FloatArray:
     """Return the sine of each value, rad."""
-    # NumPy's SIMD sine may round differently by place in the array; the C library's does not
+    # NumPy's SIMD sine may round differently by position in the array; the C library's does not
     return np.array([math.sin(value) for value in values.tolist()], dtype=np.float64)
 
 

@@ -23,7 +23,7 @@ LOAD_FACTOR_RANGE = (-3.0, 12.0)
 LATERAL_LOAD_FACTOR_RANGE = (-3.0, 3.0)
 LONGEST_S = 86400.0
 _ROUND_OFF = 1e-9
-"""By which a limit that is met exactly may be passed."""
+"""Rounding error by which a limit may be exceeded."""
 
 
 def load_factor_field(default: Any = ..., *, description: str) -> Any:
@@ -72,12 +72,12 @@ class Maneuver(ConfigModel, abc.ABC):
         """Return load factors at times from the maneuver's start, s.
 
         Shape (n,): normal alone; or (n, 2): normal, lateral. Each value depends on its own time
-        only, bit for bit, wherever it stands in the array: take `curves.sin` and `curves.cos`
-        for NumPy's. The maneuver goes on as long as it is asked for.
+        only, bit for bit, whatever its position in the array: use `curves.sin` and `curves.cos`
+        instead of NumPy's. The maneuver has no end: `times_s` may be as late as a run needs.
         """
 
     def sample(self, times_s: FloatArray) -> FloatArray:
-        """Return (n, 2) load factors; raises ManeuverError where `load_factors` breaks its word."""
+        """Return (n, 2) load factors; raises ManeuverError for a wrong shape or range."""
         factors = np.asarray(self.load_factors(times_s), dtype=np.float64)
         if factors.shape == times_s.shape:
             factors = np.column_stack((factors, np.zeros_like(times_s)))
@@ -106,12 +106,12 @@ class Maneuver(ConfigModel, abc.ABC):
 
     @classmethod
     def resolve_paths(cls, data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:  # noqa: ARG003
-        """Return plain data, perhaps wrong, with files relative to `folder` made absolute."""
+        """Return plain data, not validated yet, with files relative to `folder` made absolute."""
         return data
 
 
 def check_range(least: float, most: float, remedy: str) -> None:
-    """Raise ManeuverError where the normal load factor may run outside its range."""
+    """Raise ManeuverError if the normal load factor can leave its range."""
     low, high = LOAD_FACTOR_RANGE
     if least < low - _ROUND_OFF or most > high + _ROUND_OFF:
         raise ManeuverError(

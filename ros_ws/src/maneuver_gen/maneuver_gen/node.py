@@ -47,7 +47,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._next = 0
         self._credit = Credit()
         self._simulators: set[bytes] = set()  # whoever published the credit first
-        self._is_doubtful = False  # ready was said again, which anybody can
+        self._is_doubtful = False  # ready was reported again, which any node can do
         self._publisher = run.publisher(topics.MANEUVER_LOAD)
         self._progress = run.subscription(topics.PROGRESS, self._on_progress)
 
@@ -65,7 +65,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._is_doubtful |= stamp_ns == 0
         if self._has_started_anew():
             raise ManeuverError(
-                f'{self._consumer} started anew in the middle of a flight; a flight has one '
+                f'{self._consumer} restarted in the middle of a flight; a flight has one '
                 'simulator, so start the whole rig again'
             )
         refused = self._credit.refused
@@ -79,8 +79,8 @@ class ManeuverNode(Node):  # type: ignore[misc]
         self._publish_until(self._credit.consumed_ns)
 
     def _has_started_anew(self) -> bool:
-        """Say whether ready was said again and the simulator has gone before the grid was out."""
-        is_out = self._next >= len(self._grid)  # then nothing more is owed, and it may have ended
+        """Say whether ready was reported again and the simulator is gone before all was sent."""
+        is_out = self._next >= len(self._grid)  # then all is sent, and it may have ended
         if is_out or (self._simulators and not self._is_doubtful):
             return False
         there = self._publishers_of_credit()
@@ -111,7 +111,7 @@ class ManeuverNode(Node):  # type: ignore[misc]
         return False
 
     def finish(self) -> None:
-        """Owe nothing: the grid is latched."""
+        """Do nothing: the grid is latched."""
 
 
 def main(args: list[str] | None = None) -> int:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The registry of maneuvers, and parsing of one from plain data by its key `profile`.
 
-Shipped is every file of `maneuver_gen.maneuvers`. More are found through the entry points of the
+Every file of `maneuver_gen.maneuvers` is shipped. More are found through the entry points of the
 group `rotor_rig.maneuvers`, or by `module:Class`.
 """
 
@@ -43,7 +43,7 @@ def shipped_maneuvers() -> dict[str, type[Maneuver]]:
 
 
 def maneuver_names(*, parts: bool = False) -> list[str]:
-    """Return the names of all installed maneuvers; `parts`: without those no segment can be."""
+    """Return the names of all installed maneuvers; `parts`: only those a segment can be."""
     shipped = {n for n, kind in shipped_maneuvers().items() if kind.part_of_sequence or not parts}
     return sorted(shipped | set(plugins.names_of(GROUP)) - shipped_maneuvers().keys())
 
@@ -81,7 +81,7 @@ def _choose(names: list[str]) -> str:
 
 
 def _read(value: Any, info: pydantic.ValidationInfo, *, parts: bool) -> Any:
-    """Return plain data as the maneuver that they name; its errors keep their place."""
+    """Return the maneuver that plain data name; its errors keep their key path."""
     if isinstance(value, ConfigModel):
         return value
     if not isinstance(value, Mapping) or 'profile' not in value:
@@ -90,7 +90,7 @@ def _read(value: Any, info: pydantic.ValidationInfo, *, parts: bool) -> Any:
         )  # fmt: skip
         raise ManeuverError(f'{wrong}; {_choose(maneuver_names(parts=parts))}')
     adapter = tagged(find_maneuver(value['profile'], parts=parts))
-    if info.mode == 'json':  # whose arrays serve as tuples
+    if info.mode == 'json':  # where arrays are valid tuples
         return adapter.validate_json(json.dumps(value))
     return adapter.validate_python(value)
 

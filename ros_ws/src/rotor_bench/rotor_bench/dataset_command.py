@@ -16,11 +16,11 @@ from rotor_common.progress import interruptible
 
 def dataset(  # noqa: PLR0917 - typer names them
     suite: Annotated[str, typer.Argument(help='smoke, standard, full, or a YAML file.')],
-    out: Annotated[Path, typer.Option(help='Folder of the data set; a second run goes on.')],
+    out: Annotated[Path, typer.Option(help='Folder of the data set; a second run resumes.')],
     seed: Annotated[int, typer.Option(help='Seed of everything that is drawn.')] = 0,
     split: Annotated[Literal['train', 'test'] | None, typer.Option(help='Only this split.')] = None,
     machines: Annotated[
-        int | None, typer.Option(help='Only so many machines, spread over the suite.')
+        int | None, typer.Option(help='Only this many machines, spread over the suite.')
     ] = None,
     jobs: Annotated[
         int | None, typer.Option(help='Processes on this machine; default: all cores.')

@@ -50,13 +50,13 @@ def evaluate(
     split: Annotated[Literal['test', 'train'], typer.Option(help='Split of the suite.')] = 'test',
     seed: Annotated[int, typer.Option(help='Seed of the suite, unless it is stored.')] = 0,
     limit: Annotated[
-        int | None, typer.Option(help='Only so many machines, spread over the suite.')
+        int | None, typer.Option(help='Only this many machines, spread over the suite.')
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option(help='Processes that fly; default: all cores.')
+        int | None, typer.Option(help='Processes that simulate; default: all cores.')
     ] = None,
     node_command: Annotated[
-        str, typer.Option(help='Starts the node of topic:NAME, anew for every flight.')
+        str, typer.Option(help='Command that starts the node of topic:NAME for every flight.')
     ] = '',
     rate: Annotated[
         float, typer.Option(help='Multiple of real time of the replay to a node.')
@@ -119,7 +119,7 @@ def _check(detectors: list[str], *, jobs: int | None, limit: int | None) -> None
 
 @contextmanager
 def _interruptible(folder: Path) -> Iterator[None]:
-    """Turn Ctrl-C into a sentence about what `folder` holds; no process is left by then."""
+    """Turn Ctrl-C into a sentence about what `folder` holds, once all processes have ended."""
     try:
         with interruptible(signal.SIGINT):
             yield
@@ -132,7 +132,7 @@ def _interruptible(folder: Path) -> Iterator[None]:
 
 
 def _kept(place: 'Parts') -> int:
-    """Say what an earlier run has left and what is not used of it; return the flights kept."""
+    """Say which parts of an earlier run are kept or removed; return the number of flights kept."""
     kept, gone = place.clean()
     if gone:
         _warn(
@@ -153,7 +153,7 @@ def _evaluated(
     *,
     quiet: bool,
 ) -> 'Evaluated':
-    """Fly all machines past the detectors in modules, then past each node."""
+    """Evaluate the detectors in modules on all machines, then each node."""
     from rotor_bench.evaluation import runner, topic
 
     seconds = sum(flight.duration_s for machine in chosen.machines for flight in machine.flights)

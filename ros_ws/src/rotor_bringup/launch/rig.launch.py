@@ -50,7 +50,7 @@ def _rig(context: LaunchContext) -> list[Node]:
             on_exit=on_exit,
         )
 
-    # The recorder ends last, with the shutdown, so that it holds the monitor's last words.
+    # The recorder ends last, with the shutdown, so that it records the monitor's last messages.
     monitor = node('vibration_monitor', 'vibration_monitor_node', Shutdown())
     end_of_monitor = SignalProcess(
         signal_number=signal.SIGINT, process_matcher=matches_action(monitor)
@@ -78,7 +78,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 'rate',
                 default_value='1.0',
-                description='multiple of real time; 0 = as fast as nothing is lost',
+                description='multiple of real time; 0 = as fast as possible without losses',
             ),
             DeclareLaunchArgument(
                 'record', default_value='recording', description='new folder for the recording'

@@ -39,15 +39,15 @@ HIGHLIGHTS = (
     'crest_factor',
     'kurtosis',
 )
-"""Of the shown channel."""
+"""Indicators of the shown channel that the summary has."""
 
 
 @dataclass(frozen=True)
 class AnalyzedRecording:
-    """What the monitor said about one recording; `damage` are sentences about what is missing.
+    """The monitor's result for one recording; `damage` are sentences about what is missing.
 
     `highlights` are name, median and largest value over the valid windows (SI units); `samples`
-    is there where no window is valid.
+    is set only if no window is valid.
     """
 
     state: RunState
@@ -72,9 +72,9 @@ class AnalyzedRecording:
 
 
 class _Highlights:
-    """The values over the valid windows of what `AnalyzedRecording.highlights` tells.
+    """The values over the valid windows for `AnalyzedRecording.highlights`.
 
-    These are a hundred bytes a window, so that medians stay exact in a recording of any length.
+    They take only a hundred bytes a window, so that all are kept and medians are exact.
     """
 
     def __init__(self) -> None:
@@ -176,20 +176,20 @@ def check_windows_path(path: Path) -> None:
 
 
 def _writer_class(ending: str) -> Any:
-    """Return the class that writes such files: ours, or one that a user's package brings."""
+    """Return the class that writes such files: built in, or of a user's package."""
     target = target_of(ending[1:], FORMATS) or ''
     return _WRITERS.get(ending) or load(target, 'output format', ConfigError)
 
 
 @contextmanager
 def windows_file(path: Path) -> Iterator[Callable[[IndicatorRecord], None]]:
-    """Write every window that the given function takes, in the format of the ending.
+    """Yield a function that writes each window it is given, in the format of the ending.
 
-    NaN is null or empty. The file gets its name when all is written; before and after an error
-    there is none, or the old one.
+    NaN is null or empty. The file gets its name when all is written; before that, and after an
+    error, there is no file, or the old one.
 
     Raises:
-        ConfigError: an unknown ending, or a folder that is not there.
+        ConfigError: an unknown ending, or a missing folder.
         ScenarioError: a path that cannot be written.
 
     """
@@ -218,7 +218,7 @@ def windows_file(path: Path) -> Iterator[Callable[[IndicatorRecord], None]]:
 
 @contextmanager
 def _refused(path: Path) -> Iterator[None]:
-    """Say which file it is that the system does not let us write."""
+    """Turn an OSError into a ScenarioError that names the file."""
     try:
         yield
     except OSError as error:

@@ -40,7 +40,7 @@ class VerbGroup(TyperGroup):
         return list(_verbs())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
-        """Return what the help page tells of a verb, None for an unknown one."""
+        """Return a verb with its help text alone, None for an unknown one."""
         point = _verbs().get(cmd_name)
         return None if point is None else TyperCommand(cmd_name, help=_help(point))
 
@@ -137,4 +137,4 @@ def main(
         ),
     ] = False,
 ) -> None:
-    """Take the options that stand before a verb."""
+    """Take the options before the verb."""

@@ -20,7 +20,7 @@ from vibration_monitor.monitor import IndicatorRecord
 
 LEVELS = tuple(level.name for level in Level)
 WORDS = {level.name: level.name for level in Level} | {Level.STALE.name: CANNOT_JUDGE}
-"""What people read for a level."""
+"""The text shown for a level."""
 
 COLOURS = {'OK': 'green', 'WARN': 'yellow', 'ERROR': 'bold red', 'STALE': 'magenta'}
 _REFUSED = {'refused loads [1]': 'loads', 'refused progress [1]': 'reports of progress'}
@@ -30,7 +30,7 @@ LINE_S = 2.0
 
 @dataclass(frozen=True)
 class Alarm:
-    """What one alarm said, and when: level, reasons and time belong to the same window."""
+    """One alarm and its time: level, reasons and time belong to the same window."""
 
     level: str
     reasons: str
@@ -77,7 +77,7 @@ class RunState:
         self.wall_s = now - self._wall_start
 
     def take_record(self, record: IndicatorRecord, time_s: float) -> None:
-        """Take what the monitor said of the window that ends at simulated time `time_s`."""
+        """Take the monitor's result for the window that ends at simulated time `time_s`."""
         self.take_indicators(record.indicators())
         self.judged_windows += record.alarm.level is not Level.STALE
         self.take_alarm(int(record.alarm.level), '; '.join(record.alarm.reasons), time_s)
@@ -126,16 +126,16 @@ class RunState:
 
     @property
     def lost(self) -> int:
-        """Samples lost, the worst consumer counting."""
+        """Samples lost by the consumer that lost most."""
         return max(self.lost_samples.values(), default=0)
 
     @property
     def refused(self) -> int:
-        """Blocks refused as malformed, the worst consumer counting."""
+        """Blocks refused as malformed by the consumer that refused most."""
         return max(self.refused_blocks.values(), default=0)
 
     def losses(self) -> str:
-        """Return in a few words what the run lost; '' where nothing."""
+        """Return in a few words what the run lost, '' for nothing."""
         counts = (
             (self.lost, 'samples'),
             (self.refused, 'blocks refused'),
@@ -190,7 +190,7 @@ class RunState:
 
 
 class Display:
-    """Shows a RunState: live on a terminal, as lines in a log; silent when asked to be."""
+    """Shows a RunState: live on a terminal, as lines in a log; not at all if `quiet`."""
 
     def __init__(self, state: RunState, console: Console, *, quiet: bool = False) -> None:
         self._state = state

@@ -31,7 +31,7 @@ WINDOW_BLOCKS = 64
 CONSUMERS = ['vibration_monitor', 'recorder']
 OPTIONAL_TOPICS = (topics.TRUTH_WAVEFORM, topics.BEARING_1_IMU, topics.BEARING_2_IMU)
 MOST_DIGITS = 18
-"""Of a counter; more would be no count of anything."""
+"""Of a counter on /diagnostics; further digits are ignored."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class RunResult:
 
 
 class RunWatcher(Node):  # type: ignore[misc]
-    """Fills a RunState from the topics of its run; what cannot be of the run is passed over."""
+    """Fills a RunState from the topics of its run; messages that cannot be of it are ignored."""
 
     def __init__(self, scenario: Scenario, state: RunState, run_id: str) -> None:
         super().__init__('run_watcher')
@@ -122,7 +122,7 @@ def run_live(
         quiet: show no progress.
 
     Raises:
-        ConfigError: ROS 2 cannot start here, not a ROS namespace, or security that cannot be had.
+        ConfigError: ROS 2 cannot start here, not a ROS namespace, or security is not available.
         ProcessError: a process of the rig failed; the others have been ended.
 
     """
@@ -217,14 +217,14 @@ def node_parameters(
 
 
 def _window_blocks(scenario: Scenario) -> int:
-    """Return how many blocks may be under way: the deepest queue holds them and their IMU."""
+    """Return how many blocks may be under way: the deepest queue holds them and their IMU data."""
     imu_messages = scenario.sensors.imu_rate_hz * scenario.block_samples / scenario.rate_hz
     return max(1, min(WINDOW_BLOCKS, int(topics.BEARING_1_IMU.depth / (2 * imu_messages + 1))))
 
 
 @contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Collect SIGINT and SIGTERM instead of dying of them."""
+    """Collect SIGINT and SIGTERM instead of ending by them."""
     received: list[int] = []
     before = {
         number: signal.signal(number, lambda got, _: received.append(got))

@@ -66,7 +66,7 @@ class ProcessGroup:
         self._parameter_file.write_text(yaml.safe_dump(sections), 'utf-8')
 
     def start(self) -> None:
-        """Start every process in a session of its own, so that Ctrl-C reaches only us."""
+        """Start every process in its own session, so that Ctrl-C reaches this process alone."""
         for plan in self._plans:
             command = [sys.executable, '-m', plan.module, '--ros-args', '--params-file']
             with self._log(plan.name).open('wb') as log:
@@ -147,9 +147,9 @@ def _ending(code: int) -> str:
 
 
 def _prepare_child() -> None:
-    """Ask Linux for SIGTERM when the parent dies, so that a killed rig leaves nobody behind.
+    """Ask Linux for SIGTERM when the parent dies, so that a killed rig leaves no process behind.
 
-    Signals wait until the child's run loop listens to them (`ros.run`): none hits its imports.
+    Signals are blocked until the child's run loop handles them (`ros.run`): none hits its imports.
     """
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})

@@ -26,7 +26,7 @@ def run(
     *,
     duration: DurationOption = None,
     rate: Annotated[
-        float, typer.Option(help='Multiple of real time; 0 = as fast as nothing is lost.')
+        float, typer.Option(help='Multiple of real time; 0 = fastest without losses.')
     ] = 1.0,
     record: Annotated[
         Path, typer.Option(help='Folder in which the recording gets a folder of its own.')
@@ -106,7 +106,7 @@ def _new_bag_folder(parent: Path, name: str) -> Path:
 
 
 def _say_where(folder: Path) -> None:
-    """Name the recording, where the run came so far as to make one."""
+    """Name the recording, if the run has made one."""
     if folder.exists():
         say(f'recording: {_as_typed(folder)}')
 

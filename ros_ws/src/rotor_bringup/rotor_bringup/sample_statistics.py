@@ -45,7 +45,7 @@ class SampleStatistics:
         return {name: asdict(found) for name, found in self.channels.items()}
 
     def table(self) -> Table:
-        """Return the statistics for people."""
+        """Return the statistics as a table for the terminal."""
         heads = ('channel', 'unit', 'rms', 'peak', 'crest factor', 'kurtosis', 'samples', 'lost')
         table = Table(*heads, title='all samples, about their mean')
         for name, found in self.channels.items():
@@ -66,7 +66,7 @@ def sample_statistics(
     Args:
         path: the recording, which holds the waveform.
         config: of the monitor that found no window.
-        fault: what the monitor says was wrong, where it says so.
+        fault: the monitor's last fault, '' if it has none.
         waveform_topic: full name of the waveform; None: `rotor/waveform` of the one rig there.
 
     """
@@ -148,7 +148,7 @@ class _Moments:
             self._fourth += float((squares**2).sum())
 
     def statistics(self, unit: str) -> ChannelStatistics:
-        """Return what was found; a sensor that does not move at all is dead, as in a window."""
+        """Return the statistics, NaN for a sensor that does not move at all, as in a window."""
         rms = peak = crest_factor = kurtosis = math.nan
         if self._count and self._highest > self._lowest:
             mean, square = self._sum / self._count, np.float64(self._second / self._count)

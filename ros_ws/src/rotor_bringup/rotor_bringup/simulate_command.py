@@ -22,7 +22,7 @@ def simulate(
     duration: DurationOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the recording of a scenario offline; no ROS runs.
+    """Make the recording of a scenario offline, without ROS.
 
     Example: rotor-rig simulate climb_dive --out flight.mcap
     """

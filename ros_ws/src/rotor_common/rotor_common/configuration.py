@@ -75,7 +75,7 @@ def quantity(
     le: float | None = None,
     lt: float | None = None,
 ) -> Any:
-    """Return a model field with its unit (SI, '1' for a pure number), range and one sentence."""
+    """Return a model field with unit (SI, '1' for a pure number), range and description."""
     return pydantic.Field(
         default,
         description=description,
@@ -89,7 +89,7 @@ def quantity(
 
 @functools.cache
 def tagged(kind: type[Model]) -> pydantic.TypeAdapter[Model]:
-    """Return what reads a class; places of its errors begin with it, so `describe` finds fields."""
+    """Return an adapter for a class that tags its error locations, so `describe` finds fields."""
     tag = f'{kind.__module__}:{kind.__qualname__}'
     chosen: Any = Annotated[kind, pydantic.Tag(tag)] | Annotated[None, pydantic.Tag('')]
     return pydantic.TypeAdapter(Annotated[chosen, pydantic.Discriminator(lambda _: tag)])

@@ -20,19 +20,19 @@ from rotor_common.exit_code import ExitCode
 from rotor_common.plain_data import without_nan
 
 console = Console(stderr=True)
-"""Where remarks for people go; results go to standard output."""
+"""For messages to the user; results go to standard output."""
 
 NARROWEST = 20
 NARROWEST_BOX = 80
-"""Columns that a table takes, and the box of a help page."""
+"""Least columns for a table, and for the boxes of a help page."""
 
 
 class OutputError(RigError):
-    """Standard output that takes no more of a result."""
+    """Standard output cannot be written, as on a full disk."""
 
 
 class _Output(io.TextIOWrapper):
-    """Standard output: what it does not take is an error, unless its reader has had enough."""
+    """Standard output: a failed write is an error, but a pipe closed by its reader ends quietly."""
 
     def write(self, text: str) -> int:
         with _written():
@@ -44,7 +44,7 @@ class _Output(io.TextIOWrapper):
 
 
 class _Remarks(io.TextIOWrapper):
-    """Standard error: what it does not take is lost, and never the work that it is about."""
+    """Standard error: a failed write is ignored, so that it never stops the work."""
 
     def write(self, text: str) -> int:
         with contextlib.suppress(OSError):
@@ -69,10 +69,10 @@ def _written() -> Iterator[None]:
 
 
 def open_standard_streams() -> None:
-    """Give this process streams that it can write to; where one is closed, to nobody.
+    """Give this process writable standard streams; a closed one is opened on /dev/null.
 
-    A closed descriptor would be that of the next file opened, and a character that the terminal's
-    encoding lacks would end the command: it is written as its code.
+    Otherwise the next file opened would get the closed descriptor, and a character that the
+    terminal's encoding lacks would end the command: it is written as an escape.
     """
     for descriptor in range(3):
         try:
@@ -92,10 +92,10 @@ def open_standard_streams() -> None:
 
 
 def allow_any_width() -> None:
-    """Let a help page fit the terminal; before typer is imported.
+    """Let a help page fit the terminal; to be called before typer is imported.
 
-    A width below NARROWEST, as a script's COLUMNS=0, is none. The boxes of help pages would cut
-    the names of options where they do not fit: below NARROWEST_BOX there are no boxes.
+    A width below NARROWEST, such as a script's COLUMNS=0, is ignored. Below NARROWEST_BOX help
+    pages have no boxes, which would cut the names of options.
     """
     columns = os.environ.get('COLUMNS', '')
     if columns.isdecimal() and int(columns) < NARROWEST:
@@ -105,7 +105,7 @@ def allow_any_width() -> None:
 
 
 def printable(text: str) -> str:
-    """Return a text whose control characters, as of a file's name, are written as their codes."""
+    """Return a text whose control characters, as in a file's name, are written as escapes."""
     return ''.join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
@@ -115,12 +115,12 @@ def folding_table(*headers: str, **style: Any) -> Table:
 
 
 def say(text: str, style: str | None = None) -> None:
-    """Print a remark for people as it is: not folded, not coloured by its words."""
+    """Print a message to the user as it is: not folded, not highlighted."""
     console.print(text, style=style, soft_wrap=True, highlight=False, markup=False)
 
 
 def warn(sentences: Iterable[str]) -> None:
-    """Print warnings for people."""
+    """Print warnings to the user."""
     for sentence in sentences:
         say(f'warning: {printable(sentence)}', 'yellow')
 

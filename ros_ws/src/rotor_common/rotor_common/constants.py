@@ -9,13 +9,13 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 """The unit g of sensors and of foreign files (ISO 80000-3)."""
 
 NANOSECONDS = 1_000_000_000
-"""Of a second."""
+"""In a second."""
 
 LOAD_RATE_HZ = 100
 """Points of the load grid a second."""
 
 LOAD_STEP_NS = NANOSECONDS // LOAD_RATE_HZ
-"""Point k of the load grid stands at k times this."""
+"""Point k of the load grid is at k times this."""
 
 LANES = 16
 """Rotors, or channels, that are computed side by side: four AVX2 registers of float64.

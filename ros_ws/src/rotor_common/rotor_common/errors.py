@@ -4,7 +4,7 @@
 
 
 class RigError(Exception):
-    """Base of every error that a user of the rig can cause and mend."""
+    """Base of every error that a user of the rig can cause and correct."""
 
 
 class ConfigError(RigError, ValueError):
@@ -16,7 +16,7 @@ class WireError(RigError, ValueError):
 
 
 class DataError(RigError, ValueError):
-    """A text or file of plain data (YAML, JSON, CSV) that is not taken as such."""
+    """A text or file of plain data (YAML, JSON, CSV) that is not accepted."""
 
 
 class ProcessError(RigError):
@@ -24,6 +24,6 @@ class ProcessError(RigError):
 
 
 def refusal(error: OSError) -> str:
-    """Return in words what the system refused, and of which file where it says so."""
+    """Return the error of the system in words, with the file if it names one."""
     what = error.strerror or str(error)
     return f'{what}: {error.filename}' if error.filename else what

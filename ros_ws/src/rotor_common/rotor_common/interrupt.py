@@ -24,7 +24,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class _Hold:
-    """How many blocks of `held` the main thread is in, and the signal that came meanwhile."""
+    """Nesting depth of `held` in the main thread, and the signals that came meanwhile."""
 
     def __init__(self) -> None:
         self.depth = 0
@@ -43,9 +43,9 @@ _hold = _Hold()
 def held() -> Iterator[None]:
     """Let a signal of `interruptible` wait for the end of this block, which must be short.
 
-    For steps within `interruptible` that belong together, as to keep a result and to count it. A
-    block that raises ends the wait too. In threads other than the main one, which get no signals,
-    this does nothing.
+    For steps within `interruptible` that belong together, such as to store a result and to count
+    it. A block that raises ends the wait too. In threads other than the main one, which get no
+    signals, this does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -63,9 +63,9 @@ def held() -> Iterator[None]:
 def interruptible(*numbers: signal.Signals) -> Iterator[None]:
     """Let the first of the signals raise Interrupted in the block; more of them do nothing.
 
-    What is raised inside a callback of native code, as llvmlite has for its cache, is swallowed
-    there or comes out as another exception. So a swallowed signal is sent again, and whatever the
-    block raises after a signal comes out as Interrupted. Main thread only.
+    An exception in a callback from native code, as llvmlite has for its cache, is swallowed there
+    or turned into another one. So a swallowed signal is sent again, and any exception of the block
+    after a signal is raised as Interrupted. Main thread only.
     """
     has_come, is_owed = False, True
     timers: list[threading.Timer] = []

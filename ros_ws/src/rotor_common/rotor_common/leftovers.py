@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a killed rig leaves behind: found at the next start by who holds its lock, and removed.
 
-A lock is let go by the kernel when its holder dies, whatever killed it; a process id could be
-another's by now. Only what belongs to this user is touched.
+The kernel releases a lock when its holder dies, whatever killed it; a process id may have been
+reused. Only what belongs to this user is touched.
 """
 
 import contextlib
@@ -24,14 +24,14 @@ PREFIX = 'rotor-rig-'
 """Begins the name of every folder that the rig makes in the temporary directory."""
 
 YOUNG_S = 10.0
-"""A file of this age may belong to a participant that has not come to its lock yet."""
+"""A younger file may belong to a participant that has not taken its lock yet."""
 
 _OWNER = 'owner'
 _LOCK = re.compile(r'(fastrtps_(?:[0-9a-z]{16}|port\d{1,5}))_(?:el|sl)')
 
 
 class OwnFolder:
-    """A folder in the temporary directory that is known to be in use while this process lives.
+    """A folder in the temporary directory that is locked while this process lives.
 
     As a context it gives the path, and is removed with the block.
 
@@ -69,7 +69,7 @@ class OwnFolder:
 
 
 def remove_leftovers(parents: Collection[Path] = ()) -> list[Path]:
-    """Remove what killed rigs of this user have left; return what is gone.
+    """Remove what killed rigs of this user have left; return the removed paths.
 
     Args:
         parents: further folders in which the rig makes folders of its own.
@@ -116,7 +116,7 @@ def _remove_shared_memory(base: str, locks: list[Path]) -> list[Path]:
     with contextlib.suppress(OSError), contextlib.ExitStack() as held:
         for lock in locks:
             held.enter_context(_Held(lock, made_before_s=time.time() - YOUNG_S))
-        for file in files:  # the locks last: they keep others away from what is half gone
+        for file in files:  # the locks last: they protect what is only partly removed
             with contextlib.suppress(OSError):
                 if file.lstat().st_uid == os.getuid():
                     file.unlink()

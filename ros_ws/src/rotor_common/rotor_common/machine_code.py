@@ -11,8 +11,8 @@ from pathlib import Path
 def can_be_kept(source: str) -> bool:
     """Say whether numba finds a folder for the machine code of a source file.
 
-    It looks where this does: in NUMBA_CACHE_DIR, beside the file, in the user's cache. Told to
-    cache where there is none, as in a read-only installation without a home, it raises an error.
+    The same places as numba's: NUMBA_CACHE_DIR, beside the file, the user's cache. If none can be
+    written, as in a read-only installation without a home, numba's cache option is an error.
     """
     folders = [Path(source).parent / '__pycache__']
     if named := os.environ.get('NUMBA_CACHE_DIR'):

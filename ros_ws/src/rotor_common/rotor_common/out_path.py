@@ -14,13 +14,13 @@ FILE_ENDINGS = frozenset({
     '.py', '.rrd', '.svg', '.tar', '.tsv', '.txt', '.wav', '.xlsx', '.xml', '.yaml', '.yml',
     '.zip', '.zst',
 })  # fmt: skip
-"""Endings that a new folder may not have, since its name would promise a file."""
+"""Endings that a new folder may not have, since it would look like a file."""
 
 
 def check_file(path: Path, endings: Collection[str], otherwise: str = '') -> None:
     """Raise ConfigError unless the --out of a command has a known ending and can be written.
 
-    `otherwise` says, after a wrong ending, what serves for another kind of file.
+    `otherwise` is a hint at other kinds of files, added to the error about a wrong ending.
     """
     if path.suffix not in endings:
         hint = f'; {otherwise}' if otherwise else ''
@@ -34,7 +34,7 @@ def check_file(path: Path, endings: Collection[str], otherwise: str = '') -> Non
 
 
 def check_folder_name(folder: Path, option: str = '--out') -> None:
-    """Raise ConfigError where a folder that is to be made has a name like a file's."""
+    """Raise ConfigError if a folder that is to be made has a name like a file's."""
     if folder.suffix.lower() in FILE_ENDINGS and not folder.is_dir():
         raise ConfigError(
             f'{option} {folder} looks like a file ({folder.suffix}), but a folder is written; name '
@@ -43,7 +43,7 @@ def check_folder_name(folder: Path, option: str = '--out') -> None:
 
 
 def make_folder(folder: Path, option: str = '--out') -> None:
-    """Make the folder that a command writes into; raises ConfigError where that cannot be."""
+    """Make the folder that a command writes into; raises ConfigError if that fails."""
     check_folder_name(folder, option)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -16,11 +16,11 @@ import yaml
 from rotor_common.errors import DataError
 
 LARGEST_YAML = 1_000_000
-"""Characters of a YAML text, and of what its aliases repeat."""
+"""Characters of a YAML text, and of all data that its aliases repeat."""
 LARGEST_JSON = 16_000_000
 """Characters of a JSON text; the log of changes in a run's configuration may be long."""
 DEEPEST = 64
-"""Lists and mappings inside each other."""
+"""Nesting of lists and mappings."""
 MOST_VALUES = 100_000
 """Values, keys, lists and mappings of a YAML text; a second or two of reading on an idle core."""
 LONGEST_NUMBER = 100
@@ -54,13 +54,13 @@ _OLD_DECIMAL = re.compile(r'[-+]?[0-9][0-9_]*(?:\.[0-9_]*(?:[eE][-+][0-9]+)?)?')
 
 
 def parse_yaml(text: str, *, foreign: bool = False) -> Any:
-    """Return the plain data of one YAML document, None where it is empty; raises DataError.
+    """Return the plain data of one YAML document, None if it is empty; raises DataError.
 
     Numbers and words are read as YAML 1.2 (core schema) reads them, dates are text. What YAML 1.1
     reads otherwise (`yes`, `010`, `1:30`, `1_000`) is refused with both readings, unless another
     program wrote it (`foreign`): such programs mean YAML 1.2, and any of their keys is text.
-    Not taken: explicit tags, repeated keys, keys that are not text, a second document. Aliases
-    and the merge key `<<` are taken, as long as they stay within LARGEST_YAML.
+    Refused: explicit tags, repeated keys, keys that are not text, a second document. Aliases
+    and the merge key `<<` are accepted, as long as they stay within LARGEST_YAML.
     """
     _check_size(text, LARGEST_YAML)
     try:
@@ -73,13 +73,13 @@ def parse_yaml(text: str, *, foreign: bool = False) -> Any:
         if mark is None:
             raise DataError(f'it is not valid YAML: {problem}') from None
         if text[mark.index : mark.index + 1] == '\t':
-            problem = 'a tab where YAML takes none; indent with spaces'
+            problem = 'a tab is not allowed here; indent with spaces'
         raise DataError(f'line {mark.line + 1} is not valid YAML: {problem}') from None
     except yaml.reader.ReaderError as error:
         line = text.count('\n', 0, error.position) + 1
         raise DataError(
-            f'line {line} is not valid YAML: the character U+{error.character:04X} may only stand '
-            'in double quotes as an escape'
+            f'line {line} is not valid YAML: the character U+{error.character:04X} is only allowed '
+            'as an escape in double quotes'
         ) from None
     except (ValueError, OverflowError):  # of an escape such as \UFFFFFFFF
         raise DataError('it is not valid YAML: an escape \\U names no character') from None
@@ -93,7 +93,7 @@ def dump_yaml(data: Any) -> str:
 def parse_json(text: str) -> Any:
     """Return the plain data of a JSON text; raises DataError.
 
-    Not taken: repeated keys, NaN and Infinity, which JSON does not know, and numbers beyond the
+    Refused: repeated keys, NaN and Infinity, which JSON does not know, and numbers beyond the
     range of a float64.
     """
     _check_size(text, LARGEST_JSON)
@@ -116,14 +116,14 @@ def parse_json(text: str) -> Any:
 
 
 class _Document:
-    """One YAML document, built from the parser's events, so that no bound is passed unseen."""
+    """One YAML document, built from the parser's events, so that every limit is checked."""
 
     def __init__(self, text: str, *, foreign: bool) -> None:
         self._events: Iterator[Any] = yaml.parse(text, Loader=yaml.SafeLoader)
         self._foreign = foreign
         self._repeated = 0  # characters that aliases have repeated so far
         self._values = 0
-        # value and length of what an anchor names, None while that has not ended
+        # value and length of what an anchor names, None until it has been read to its end
         self._anchors: dict[str, tuple[Any, int] | None] = {}
 
     def value(self) -> Any:
@@ -142,7 +142,7 @@ class _Document:
             return self._alias(event)
         self._values += 1
         if self._values > MOST_VALUES:
-            _refuse(event, f'is too far down: at most {MOST_VALUES} values are read')
+            _refuse(event, f'is beyond the limit: at most {MOST_VALUES} values are read')
         if event.tag is not None:
             _refuse(event, f'has the tag {_short(event.tag)}, and tags are not taken; leave it out')
         if event.anchor is not None:
@@ -168,7 +168,7 @@ class _Document:
             _refuse(event, f'has the alias *{name}, but nothing above it is marked &{name}')
         named = self._anchors[event.anchor]
         if named is None:
-            _refuse(event, f'has the alias *{name} inside of what it stands for')
+            _refuse(event, f'has the alias *{name} inside the value that it names')
         value, length = named
         self._repeated += length
         if self._repeated > LARGEST_YAML:
@@ -226,7 +226,7 @@ class _Document:
 
 
 def _plain(text: str, *, foreign: bool) -> Any:
-    """Return what a scalar without quotes means; raises DataError where that is not plain."""
+    """Return the value of a scalar without quotes; raises DataError if it is ambiguous."""
     if text in _WORDS:
         return _WORDS[text]
     value = _core_number(text)
@@ -247,10 +247,10 @@ def _core_number(text: str) -> int | float | None:
 
 
 def _check_old_reading(text: str, value: float | None) -> None:
-    """Raise DataError where YAML 1.1 reads another thing than `value` (None: text).
+    """Raise DataError if YAML 1.1 reads something else than `value` (None: text).
 
-    Numbers such as 1e-05 and 0o10 are text and dates are dates to some readers of YAML 1.1;
-    nobody means that here.
+    Some readers of YAML 1.1 take numbers such as 1e-05 and 0o10 for text, and dates for dates;
+    these readings are ignored here.
     """
     old = _old_value(text)
     if old is None or old == (text if value is None else value):
@@ -272,7 +272,7 @@ def _said(old: float | str) -> str:
 
 
 def _old_value(text: str) -> float | str | None:
-    """Return what YAML 1.1 reads where it has a rule of its own for the text, else None."""
+    """Return what YAML 1.1 reads if it has its own rule for the text, else None."""
     if text in _OLD_WORDS:
         return _OLD_WORDS[text]
     kinds = (_OLD_OCTAL, _OLD_BASED, _OLD_SIXTIES, _OLD_DECIMAL)
@@ -310,7 +310,7 @@ def _check_length(text: str) -> None:
 
 
 def _joined(text: str) -> str:
-    r"""Return text with the halves of escapes such as \ud83d\ude00 joined."""
+    r"""Return text with surrogate pairs, from escapes such as \ud83d\ude00, joined."""
     if text.isascii():
         return text
     try:
@@ -338,7 +338,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _check_json(data: Any) -> None:
-    """Raise DataError for what json.loads lets pass: great depth, and halves of characters."""
+    """Raise DataError for what json.loads lets pass: great depth, and single surrogates."""
     waiting = [(data, 0)]
     while waiting:
         value, depth = waiting.pop()
@@ -377,7 +377,7 @@ class _Dumper(yaml.SafeDumper):
             is_plain = _plain(text, foreign=False) == text
         except DataError:
             is_plain = False
-        # breaks of a line to YAML 1.1, which only an escape keeps
+        # line breaks in YAML 1.1, which only an escape preserves
         style = '"' if set(text) & set('\x85\u2028\u2029') else None if is_plain else "'"
         return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 

@@ -22,7 +22,7 @@ def target_of(name: str, group: str) -> str | None:
 
 
 def load(target: str, what: str, error: type[Exception]) -> Any:
-    """Return the object at `module:attribute`; `what` is what people call such a part.
+    """Return the object at `module:attribute`; `what` names such a part in errors.
 
     Raises:
         error: the module cannot be imported, whatever it raises, or lacks the attribute.
@@ -39,7 +39,7 @@ def load(target: str, what: str, error: type[Exception]) -> Any:
 
 
 def load_from_here(target: str, what: str, error: type[Exception]) -> Any:
-    """Return what `load` does; a file in this folder serves too, after all that is installed."""
+    """Load as `load` does, also from a file in the current folder, after installed modules."""
     here = str(Path.cwd())
     sys.path.append(here)
     try:

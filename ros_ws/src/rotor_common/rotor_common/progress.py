@@ -26,7 +26,7 @@ OnProgress = Callable[[int, int], None]
 
 
 def progress_bar(*columns: ProgressColumn, quiet: bool) -> Progress:
-    """Return a bar on the console for remarks; hidden where `quiet` or it is no terminal."""
+    """Return a bar on the console; hidden if `quiet` or if that is no terminal."""
     is_hidden = quiet or not console.is_terminal
     return Progress(*columns, console=console, disable=is_hidden, transient=True)
 
@@ -41,7 +41,7 @@ def interruptible(
 ) -> Iterator[OnProgress]:
     """Show the progress of `what` with the remaining time; on Ctrl-C say what is done, exit 130.
 
-    Nothing is shown where `quiet` or where the console is no terminal.
+    Nothing is shown if `quiet` or if the console is no terminal.
     """
     done = total = 0
     bar = progress_bar(

@@ -12,8 +12,8 @@ from rotor_common.errors import DataError
 def require_file(path: Path) -> None:
     """Raise DataError for a device, a pipe or a socket, which would be read without end.
 
-    And for a name that no file can have. Of what is not there it raises what the system does
-    (OSError); a folder is left to whoever opens it.
+    Also for a name that no file can have. For a missing file it raises the system's OSError; a
+    folder is accepted here.
     """
     try:
         mode = path.stat().st_mode
@@ -30,7 +30,7 @@ def read_text(path: Path, largest_bytes: int) -> str:
     """
     try:
         require_file(path)
-        # should it be a pipe by now, opening it does not wait for a writer
+        # if it has become a pipe, opening it does not wait for a writer
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         with open(descriptor, 'rb') as file:  # noqa: PTH123 - a descriptor has no path
             content = file.read(largest_bytes + 1)

@@ -6,10 +6,10 @@ import math
 
 
 def people_unit(unit: str) -> tuple[str, float]:
-    """Return the unit that screens use for a unit of the wire, and how many make one of it."""
+    """Return the display unit for a unit of the wire, and the factor to it."""
     return ('um', 1e6) if unit == 'm' else (unit, 1.0)
 
 
 def number_text(value: float, form: str, unit: str = '') -> str:
-    """Return a number as people read it, formatted by `form`; '-' where it is not known."""
+    """Return a number formatted by `form`, with its unit; '-' if it is not finite."""
     return f'{value:{form}} {unit}'.rstrip() if math.isfinite(value) else '-'

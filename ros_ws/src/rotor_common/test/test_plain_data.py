@@ -158,7 +158,7 @@ def test_what_reads_in_two_ways(
         ('a:\n  b: !!int 3', 'line 2 has the tag'),
         ('!!python/object/apply:os.system [ls]', 'tags are not taken'),
         ('a: !mine x', "'!mine'"),
-        ('a: &x [1, *x]', 'the alias *x inside of what it stands for'),
+        ('a: &x [1, *x]', 'the alias *x inside the value that it names'),
         ('&x a: *y', 'the alias *y'),
         ('a:\n\tb: 1', 'line 2 is not valid YAML: a tab'),
         ('a: [1, 2', 'line 1 is not valid YAML'),
@@ -170,7 +170,7 @@ def test_what_reads_in_two_ways(
         ('[' * 65 + ']' * 65, 'line 1 has more than 64 lists'),
         ('<<: 3', 'line 1 merges'),
         ('a' * 1_000_001, '1000001 characters; at most 1000000'),
-        ('- 1\n' * 100_000, 'line 100000 is too far down: at most 100000 values'),
+        ('- 1\n' * 100_000, 'line 100000 is beyond the limit: at most 100000 values'),
     ],
 )
 def test_refused_yaml(text: str, said: str) -> None:

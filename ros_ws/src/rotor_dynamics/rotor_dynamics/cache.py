@@ -29,15 +29,15 @@ _MODEL_SOURCES = {
     'rotor_sim': ('plant/*.py', 'plant/elements/*.py'),
     'rotor_dynamics': ('continuations.py', 'ensemble.py', 'lyapunov.py', 'surveys.py'),
 }  # fmt: skip
-"""What the numbers of an analysis depend on; a change of any of it makes all keys new. Labels are
-made from the numbers whenever they are asked for."""
+"""Sources that the numbers of an analysis depend on; any change of them changes all keys. Labels
+are made from the numbers whenever they are needed."""
 
 _DAMAGE = (
     OSError,
     EOFError,
     KeyError,
     ValueError,
-    RuntimeError,  # the zip reader's word for encryption and unknown compression
+    RuntimeError,  # raised by the zip reader for encryption and unknown compression
     zipfile.BadZipFile,
     zlib.error,
     struct.error,
@@ -48,14 +48,14 @@ _SEAL_BYTES = 64
 
 
 class ResultCache:
-    """A folder of npz files named by what was asked for: model, plan, start and code version.
+    """A folder of npz files named by a key of model, plan, start and code version.
 
-    The comment that ends a file is the SHA-256 of all before it.
+    The comment at the end of a file is the SHA-256 of all bytes before it.
 
     Several processes may share the folder: a file appears whole or not at all. Nothing is ever
     removed; the folder may be deleted at any time.
 
-    Raises AnalysisError where the folder cannot be made or written to.
+    Raises AnalysisError if the folder cannot be made or written to.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -74,16 +74,16 @@ class ResultCache:
         """Return the key of a result: SHA-256 over the function, `payload` and the code version.
 
         `payload` is anything made of JSON types, configuration models, dataclasses and arrays;
-        TypeError for anything else, since its text might not tell two of them apart.
+        TypeError for anything else, since the texts of two different ones might be equal.
         """
         content = [function_name, code_version(), payload]
         text = json.dumps(content, default=_plain, sort_keys=True, separators=(',', ':'))
         return hashlib.sha256(text.encode()).hexdigest()
 
     def load(self, key: str) -> Arrays | None:
-        """Return the arrays stored under `key`; None where there are none or the file is damaged.
+        """Return the arrays stored under `key`; None if there are none or the file is damaged.
 
-        Every byte of the file is checked first: the directory of a zip file has no sum of its own.
+        Every byte of the file is checked first: the directory of a zip file has no checksum.
         """
         try:
             content = self._path(key).read_bytes()
@@ -95,7 +95,7 @@ class ResultCache:
             return None
 
     def store(self, key: str, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Keep `arrays` under `key`; AnalysisError where the disk does not take them."""
+        """Store `arrays` under `key`; AnalysisError if they cannot be written."""
         try:
             content = io.BytesIO()
             np.savez(content, allow_pickle=False, **arrays)
@@ -114,7 +114,7 @@ class ResultCache:
 
 
 def _seal(content: bytes) -> bytes:
-    """Return the SHA-256 of a file but for its seal."""
+    """Return the SHA-256 of a file without its seal."""
     return hashlib.sha256(content[:-_SEAL_BYTES]).hexdigest().encode()
 
 

@@ -22,15 +22,15 @@ CONNECT_S = 10.0
 
 @contextmanager
 def executor(scheduler: str | None, jobs: int | None) -> Iterator[concurrent.futures.Executor]:
-    """Give an executor for pure, picklable tasks; leaving the block drops what is not done.
+    """Yield an executor for pure, picklable tasks; leaving the block drops unfinished ones.
 
     `scheduler` None starts `jobs` threads (default: one for each core) in this process: the kernels
     release the GIL, so threads are enough. Otherwise `scheduler` is the address of a dask scheduler
-    (tcp://host:port) whose workers have the same version of the rig; a worker that dies loses
-    nothing, its tasks are given to another.
+    (tcp://host:port) whose workers have the same version of the rig; the tasks of a worker that
+    dies are given to another.
 
-    Raises AnalysisError for arguments that do not serve and a scheduler that cannot be used,
-    ProcessError when the cluster is lost on the way.
+    Raises AnalysisError for arguments that are not allowed and a scheduler that cannot be used,
+    ProcessError if the cluster is lost while it computes.
     """
     check_executor(scheduler, jobs)
     if scheduler is None:
@@ -42,7 +42,7 @@ def executor(scheduler: str | None, jobs: int | None) -> Iterator[concurrent.fut
     with _connect(scheduler) as client:
         _check_workers(client, scheduler)
         try:
-            # a pure call would be looked up by its name among those of other people's code
+            # dask would look up a pure call by its name, among results of other code
             yield client.get_executor(pure=False)
         except KilledWorker as error:
             raise ProcessError(
@@ -56,7 +56,7 @@ def executor(scheduler: str | None, jobs: int | None) -> Iterator[concurrent.fut
 
 
 def check_executor(scheduler: str | None, jobs: int | None) -> None:
-    """Raise AnalysisError for arguments of `executor` that do not serve, without starting it."""
+    """Raise AnalysisError for arguments that `executor` does not allow, without starting it."""
     if jobs is not None and scheduler is not None:
         raise AnalysisError('--jobs is for this machine; --scheduler has workers of its own')
     if jobs is not None and jobs < 1:
@@ -64,7 +64,7 @@ def check_executor(scheduler: str | None, jobs: int | None) -> None:
 
 
 class _Threads(concurrent.futures.Executor):
-    """Daemon threads, which nothing waits for: Ctrl-C must not take the time of a chunk."""
+    """Daemon threads, which nothing waits for: Ctrl-C must not last as long as a chunk."""
 
     def __init__(self, threads: ThreadPool) -> None:
         self._threads = threads
@@ -73,7 +73,7 @@ class _Threads(concurrent.futures.Executor):
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> concurrent.futures.Future[Any]:
         future: concurrent.futures.Future[Any] = concurrent.futures.Future()
-        future.set_running_or_notify_cancel()  # leaving the pool drops it, nothing else
+        future.set_running_or_notify_cancel()  # only leaving the pool cancels it
         self._threads.apply_async(fn, args, kwargs, future.set_result, future.set_exception)
         return future
 
@@ -89,8 +89,8 @@ def _connect(scheduler: str) -> 'Client':
         reason = f'is not an address like tcp://host:8786 ({error})'
     except OSError:
         reason = f'does not answer within {CONNECT_S:g} s; start one by `dask scheduler`'
-    # The failed client closes itself when it is collected. While another client starts, that
-    # would wait for a lock that this other client holds.
+    # The failed client closes itself when it is garbage-collected. If that happened while another
+    # client starts, it would wait for a lock which that client holds.
     gc.collect()
     raise AnalysisError(f'the scheduler {scheduler!r} {reason}')
 

@@ -32,11 +32,11 @@ from rotor_dynamics.surveys import (
 def follow(
     sweeps: Sequence[Sequence[OperatingPoint]], plan: Plan, initial_state: ArrayLike | None = None
 ) -> list[Survey]:
-    """Go through the points of each sweep in their order; all sweeps stand side by side.
+    """Follow the points of each sweep in their order; all sweeps are integrated side by side.
 
-    Sweeps have equally many points, and take the steps that the most demanding of all needs. A
-    point that diverges is NaN, and the next one starts at the fixed start. No exponents, and no
-    second run with half the step: the history would be another one.
+    All sweeps have the same number of points and of steps, as many as the most demanding point
+    needs. A point that diverges is NaN, and the next one starts at the fixed start. No exponents,
+    and no second run with half the step: its history would differ.
 
     Raises:
         AnalysisError: sweeps of different lengths, a plan with exponents.
@@ -65,7 +65,7 @@ def follow(
         record[failed] = np.nan
         for lost in np.flatnonzero(failed):
             states[lost] = fixed_start(column[lost].parameters)
-        with np.errstate(all='ignore'):  # NaN says what diverged
+        with np.errstate(all='ignore'):  # NaN marks what diverged
             found.append(summarise(column, record, plan.highest_order) | {'diverged_at': left})
     surveys = []
     for number, points in enumerate(sweeps):

@@ -42,7 +42,7 @@ _QUANTITIES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     'diverged_at': ('1', 'revolution in which the motion left the model', ()),
     'difference': ('1', 'largest relative change of means and amplitudes with twice the steps', ()),
 }
-"""Unit, one sentence, and the dimensions beside those of the sweep."""
+"""Unit, description, and the dimensions besides those of the sweep."""
 
 
 def _about(name: str) -> dict[str, str]:
@@ -53,7 +53,7 @@ def _about(name: str) -> dict[str, str]:
 def survey_dataset(
     found: Survey, names: Sequence[str], axes: Sequence[Axis], **attrs: str
 ) -> 'xarray.Dataset':
-    """Return arrays of a survey and its length scale over the axis of a sweep; none: `point`."""
+    """Return arrays of a survey and its length scale over a sweep's axis, else over `point`."""
     import xarray  # noqa: PLC0415 - slow
 
     over = axes[0][0] if axes else 'point'
@@ -79,7 +79,7 @@ def survey_dataset(
 
 
 def on_grid(parts: Sequence['xarray.Dataset'], axes: Sequence[Axis]) -> 'xarray.Dataset':
-    """Return datasets over `point`, one after the other, as one over the axes (rows first)."""
+    """Join consecutive datasets over `point` into one over the axes (row by row)."""
     import xarray  # noqa: PLC0415 - slow
 
     shape = tuple(len(values) for _, values, _ in axes)
@@ -104,7 +104,7 @@ def section_dataset(
     evidence: Mapping[str, float],
     point: OperatingPoint,
 ) -> 'xarray.Dataset':
-    """Return one motion: orbits (revolution, phase), the section at phase 0, what is said of it."""
+    """Return one motion: orbits (revolution, phase), section at phase 0, label and evidence."""
     import xarray  # noqa: PLC0415 - slow
 
     variables: dict[str, Any] = {

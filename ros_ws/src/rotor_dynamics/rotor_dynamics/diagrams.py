@@ -63,11 +63,11 @@ Method = Literal['tangent', 'two_trajectories']
 SEPARATION = 1e-8
 """Distance of the two trajectories over the static deflection."""
 STRIP = 4096
-"""Points of a map that are worked on at once."""
+"""Points of a map that are computed at once."""
 MOST_POINTS = 250_000
-"""Points of a map; the points alone take 0.5 GB."""
+"""Most points of a map; the point objects alone take 0.5 GB."""
 BAND = 8.0
-"""Orders of a waterfall unless asked otherwise."""
+"""Highest order of a waterfall by default."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class LyapunovExponent:
     """Largest exponent per unit tau and its standard error; NaN if it could not be found.
 
     `running` (revolutions kept,): the estimate as it settles. `spectrum` (12,) in descending
-    order and `spectrum_standard_error`, or None if not asked for; the direction of time is not in
-    it. Its sum is -8 xi (1 + m/m_b), the trace of eq. (6), up to what RK4 damps of its own.
+    order and `spectrum_standard_error`, or None if not asked for; without the zero exponent of
+    time. Its sum is -8 xi (1 + m/m_b), the trace of eq. (6), up to the numerical damping of RK4.
     `diverged_at`: revolution after the start at which the motion left the model, None if it did
     not; without it NaN means that the growth was lost in rounding.
     """
@@ -91,10 +91,10 @@ class LyapunovExponent:
 
 @dataclass(frozen=True)
 class Sweep:
-    """What varies: `over`, a name in `ALIASES` or of a rotor's parameter, its `values` in SI.
+    """What varies: `over`, a name in `ALIASES` or of a rotor parameter, and its `values` in SI.
 
-    `direction` 'fixed' gives every value the same start; 'up' and 'down' go through the values in
-    ascending or descending order, each point starting where the one before ended.
+    `direction` 'fixed' gives every value the same start; 'up' and 'down' follow the values in
+    ascending or descending order, each point starting where the previous one ended.
     """
 
     over: str
@@ -115,7 +115,7 @@ class Sweep:
         return self.name, np.asarray(self.values, np.float64).ravel(), about
 
     def points(self, point: OperatingPoint) -> tuple[OperatingPoint, ...]:
-        """Return the point at each of the values; AnalysisError for what cannot be."""
+        """Return the point at each of the values; AnalysisError for impossible values."""
         return sweep(
             point.parameters,
             self.over,
@@ -139,7 +139,7 @@ def orbit_diagram(
     `y`, `z` (n, revolutions) in m at tau = 2 pi j, `length_scale_m` (n,), `label` (n,) of the
     motion, `reason` (n,) why it is undecided or diverged, `converged` (n,): the same with half the
     step (never for a continuation, which is not repeated), `steps_per_revolution` (n,).
-    What the point says of the swept parameter does not count; the result keeps the order of the
+    The point's own value of the swept parameter is ignored; the result keeps the order of the
     values. Raises AnalysisError or ConfigError for what cannot be computed.
     """
     found = _directed(
@@ -162,7 +162,7 @@ def waterfall(
 
     `amplitude_y`, `amplitude_z` (n, order) in m: one-sided, zero-to-peak, Hann window, mean
     removed; `frequency_rad_s` (n, order), the order times the speed; `length_scale_m`, `converged`.
-    A plan without spectra gets those up to order BAND; see `orbit_diagram` for the rest.
+    A plan without spectra computes them up to order BAND; see `orbit_diagram` for the rest.
     """
     if not plan.highest_order:
         plan = dataclasses.replace(plan, highest_order=BAND)
@@ -214,7 +214,7 @@ def _directed(
     executor: concurrent.futures.Executor | None,
     cache: ResultCache | None,
 ) -> Survey:
-    """Survey points from one start, or one after the other up or down the values."""
+    """Survey all points from one start, or follow them up or down the values."""
     points = sweep.points(point)
     if sweep.direction == 'fixed':
         return survey(points, plan, initial_state=initial_state, executor=executor, cache=cache)
@@ -262,7 +262,7 @@ def parameter_map(
 
     `exponent`, `standard_error`, `label`, `converged`, `length_scale_m` (n, m) and
     `order_amplitude_y`, `order_amplitude_z` (n, m, 6) in m, at HARMONICS and the ball-pass order.
-    Worked off in strips of STRIP points, of which only these numbers are kept: the memory it takes
+    Computed in strips of STRIP points, of which only these numbers are kept: the memory needed
     does not grow with the sections and spectra of the grid.
     """
     first, second = sweeps
@@ -319,9 +319,9 @@ def lyapunov_exponent(
 
     `tangent` integrates the variational equations with the same steps; with `saltation` the
     tangent jumps where the right-hand side does (all variants but `derived`). `two_trajectories`
-    follows a neighbour, SEPARATION away; between two steps it hardly ever sees a jump of the
-    right-hand side, and is not to be trusted there. `spectrum` adds all 12 exponents by QR.
-    A tenth of the revolutions is left to the tangent to align.
+    follows a neighbour at the distance SEPARATION; with a right-hand side that jumps it is
+    unreliable, as it hardly ever sees a jump between two steps. `spectrum` adds all 12 exponents
+    by QR. The first tenth of the revolutions is discarded while the tangent aligns.
     """
     plan = Plan(
         transient_revolutions,
@@ -364,7 +364,7 @@ def lyapunov_exponent(
         if diverged_at is not None:
             logs[:] = np.nan
         everything = estimated(logs[:, 0])
-        # QR leaves nearly equal ones in any order
+        # QR returns nearly equal exponents in any order
         order = np.argsort(-everything.exponent)
         exponents, errors = everything.exponent[order], everything.standard_error[order]
     return LyapunovExponent(
@@ -403,7 +403,7 @@ def poincare_section(
     *,
     initial_state: ArrayLike | None = None,
 ) -> 'xarray.Dataset':
-    """Return the section at tau = 2 pi j, the orbit between, and the motion's label.
+    """Return the section at tau = 2 pi j, the orbit in between, and the motion's label.
 
     `y`, `z`, `velocity_y`, `velocity_z` (revolution,) and `orbit_y`, ... (revolution, 64), m and
     m/s; `label`, `reason`, `diverged_at`, `difference`, `converged` as in a Survey, without a

@@ -6,4 +6,4 @@ from rotor_common.errors import RigError
 
 
 class AnalysisError(RigError, ValueError):
-    """An analysis that cannot be made as asked: a range, a step or a folder that does not serve."""
+    """An analysis that cannot be made: a range, a step or a folder that cannot be used."""

@@ -58,7 +58,7 @@ def _labelled(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def judge(arrays: Mapping[str, NDArray[Any]], prefix: str = '') -> Motion:
     """Return the motions at N steps or, with the prefix 'finer_', at 2N.
 
-    None is chaotic without an exponent that confirms it.
+    No motion is chaotic without an exponent that confirms it.
     """
     names = ('y', 'z', 'exponent', 'standard_error')
     motion = classify(*(arrays[f'{prefix}{name}'] for name in names))
@@ -76,8 +76,8 @@ def judge(arrays: Mapping[str, NDArray[Any]], prefix: str = '') -> Motion:
 def _contradicted(coarse: Motion, finer: Motion) -> NDArray[np.bool_]:
     """Return which labels do not hold at 2N steps.
 
-    There a decided motion has another label, a chaotic one an exponent that is not positive, or a
-    regular one an exponent that is.
+    At 2N steps a decided motion has another label, a chaotic one has an exponent that is not
+    positive, or a regular one has a positive exponent.
     """
     exponent, error = finer.evidence['exponent'], finer.evidence['standard_error']
     positive = exponent > SIGNIFICANCE * error  # False for NaN

@@ -32,11 +32,11 @@ AdvanceStates = Callable[[Array], Array]
 BATCHES = 20
 """Schmeiser, Oper. Res. 30 (1982) 556: 10 to 30 batches; more gain little and are correlated."""
 SHORTEST_BATCH = 2
-"""Intervals in a batch: batches of one would be the naive standard error, too small by far."""
+"""Intervals in a batch: batches of one would give the naive standard error, far too small."""
 ROUNDING = 1e3 * np.finfo(np.float64).eps
-"""What is left of a difference after cancellation must be above this to have three digits."""
+"""A relative difference above this keeps three digits after cancellation."""
 LARGEST_GROWTH = 1e6
-"""A neighbour that moved away further than this in one interval is no neighbour any more."""
+"""A trajectory whose distance grows by more than this in one interval is no neighbour any more."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ def two_trajectory_growth(
     *,
     separation: float | Array,
 ) -> Growth:
-    """Growth of the distance to a neighbour, which is drawn back to `separation` every interval.
+    """Growth of the distance to a neighbour, which is reset to `separation` every interval.
 
-    states (n, d); directions (n, d), any length: where the neighbours start; separation, in units
+    states (n, d); directions (n, d), any length: towards the neighbours; separation, in units
     of the state, a scalar or (n,): about 1e-8 of the state's size halves the digits between
     rounding and nonlinearity. The distance is Euclidean. NaN also when the distance leaves the
     band from ROUNDING times the state's largest component to LARGEST_GROWTH times `separation`.
@@ -127,7 +127,7 @@ def two_trajectory_growth(
         offsets, _ = _unit(directions)
         for row in logs:
             neighbours = states + distance * offsets
-            # the neighbour is rounded to a number: its true distance counts, not the asked one
+            # the neighbour is rounded: its true distance counts, not the requested one
             _, before = _unit(neighbours - states)
             both = advance(np.concatenate([states, neighbours]))
             states, neighbours = both[:n], both[n:]
@@ -150,8 +150,8 @@ def estimate(logs: Array, interval_length: float, *, discard: int = 0) -> Estima
     The standard error is that of the means of BATCHES consecutive batches, which allows for the
     correlation of neighbouring intervals (Schmeiser 1982; Law, Simulation Modeling and Analysis,
     5th ed., 9.5.3). For regular motion it is too large, 4 to 13 times on the rotor: the length of a
-    tangent that turns swings within bounds, and batches take the swing for scatter. It does not
-    know of a transient or of times longer than a batch. NaN when fewer than
+    rotating tangent oscillates within bounds, and batches count that as scatter. It does not
+    account for a transient or for correlation times longer than a batch. NaN when fewer than
     BATCHES * SHORTEST_BATCH intervals are kept.
     A log that is not finite, discarded or not, makes exponent and error of its column NaN.
     AnalysisError: nothing left after `discard`, an interval that is not positive.
@@ -173,7 +173,7 @@ def estimate(logs: Array, interval_length: float, *, discard: int = 0) -> Estima
 
 
 def _standard_error(rates: Array) -> Array:
-    """Return the batch means error of the mean over axis 0; a remainder at the start is left."""
+    """Return the batch means error of the mean over axis 0, without a remainder at the start."""
     length = len(rates) // BATCHES
     if length < SHORTEST_BATCH:
         return np.full(rates.shape[1:], np.nan)
@@ -199,7 +199,7 @@ def _count(intervals: int) -> int:
 def _unit(vectors: Array) -> tuple[Array, Array]:
     """Split vectors (..., d) into unit vectors and log lengths without overflow; zero gives NaN."""
     scale = np.max(np.abs(vectors), axis=-1, keepdims=True)
-    # below the smallest normal number digits are missing, so the direction means nothing
+    # subnormal numbers have fewer digits, so the direction would be meaningless
     scale = np.where((scale >= np.finfo(np.float64).tiny) & np.isfinite(scale), scale, np.nan)
     scaled = vectors / scale
     length = np.linalg.norm(scaled, axis=-1, keepdims=True)
@@ -212,7 +212,7 @@ def _orthonormal(states: Array, tangents: Array) -> tuple[Array, Array]:
     good = np.isfinite(logs).all(axis=1) & np.isfinite(states).all(axis=1)
     if tangents.shape[1] > 1:
         q, r = np.linalg.qr(np.where(good[:, np.newaxis, np.newaxis], units, 0.0).swapaxes(1, 2))
-        # the columns are unit vectors: what is left of one is also the share that is left
+        # the columns are unit vectors: the remaining length is also the remaining share
         left = np.abs(np.diagonal(r, axis1=1, axis2=2))
         good &= (left > ROUNDING).all(axis=1)
         units, logs = np.ascontiguousarray(q.swapaxes(1, 2)), logs + np.log(left)

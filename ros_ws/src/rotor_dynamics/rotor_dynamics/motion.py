@@ -30,37 +30,37 @@ Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 FREQUENCIES = 100
-"""Values of c, as Gottwald and Melbourne take; the median passes over those that resonate."""
+"""Number of values of c, as in Gottwald and Melbourne; the median ignores those that resonate."""
 LARGEST_LAG_SHARE = 10
-"""The walk is followed over m/10 points, their recommendation: later displacements are noisy."""
+"""The walk is followed over m/10 points, as they recommend: later displacements are noisy."""
 SHORTEST = 100
-"""With fewer points the counted lines cover most of the bins, and any spectrum is one of lines."""
+"""With fewer points the counted lines cover most bins, and any spectrum looks like lines."""
 LONGEST_PERIOD = 16
-"""Four period doublings; a longer repetition is not told from quasi-periodicity by 300 points."""
+"""Four period doublings; 300 points cannot distinguish a longer one from quasi-periodicity."""
 RECURRENCE = 1e-4
-"""Of the largest displacement: what 1000 revolutions leave of a transient with exponent -0.0015.
-The weakest ball-pass responses seen are 3e-4 of it or more."""
+"""Share of the largest displacement: the remainder, after 1000 revolutions, of a transient with
+exponent -0.0015. The weakest ball-pass responses seen have a share of 3e-4 or more."""
 LINES = 6
-"""Lines counted: a fundamental, five combinations or harmonics of it."""
+"""Lines counted: a fundamental and five of its harmonics or combinations."""
 LINE_WIDTH = 2
 """Bins on either side of a peak that belong to it: the main lobe of the Hann window."""
 LINE_SHARE = 0.999
-"""From here on the power is in lines: three sines of any frequency leave 1e-4 outside, weak banded
-chaos (logistic map, r = 3.58) 1.5e-3 or more of 300 points."""
+"""Above this share the power is in lines: with 300 points, three sines of any frequency leave 1e-4
+outside the lines, weak banded chaos (logistic map, r = 3.58) 1.5e-3 or more."""
 CONTINUOUS_SHARE = 0.997
-"""Up to here there is a continuum, if nothing returns either: banded chaos (r = 3.62) leaves 0.02
-or more outside the lines. Between the two shares the spectrum says nothing."""
+"""Below this share the spectrum is continuous, if there is no return either: banded chaos
+(r = 3.62) leaves 0.02 or more outside the lines. Between the two shares it is inconclusive."""
 BROAD_SHARE = 0.9
-"""Up to here it is chaos without an exponent to confirm it: Henon has 0.5, the logistic map at
-r = 3.7 up to 0.83, while forced motion with many harmonics was seen down to 0.92."""
+"""Below this share chaos needs no exponent to confirm it: the Henon map has 0.5, the logistic map
+at r = 3.7 up to 0.83, while forced motion with many harmonics was seen down to 0.92."""
 RETURN = 0.05
 """Return distance of regular motion. Dirichlet: one frequency comes back to 1/150 turn within 150
 lags, sqrt(2) sin(pi/150) = 0.03 of its size; banded chaos (r = 3.62) keeps 0.2."""
 DIFFUSION = 0.8
-"""K from here on is near 1: at 300 points the logistic map gives 0.98 from r = 3.7. A regular
-motion of many lines can get there too, so lines and return are asked first."""
+"""K above this is near 1: at 300 points the logistic map gives 0.98 from r = 3.7. A regular
+motion of many lines can reach it too, so lines and return are checked first."""
 NO_DIFFUSION = 0.5
-"""K up to here speaks for a regular motion, halfway between its two limits."""
+"""K below this, halfway between its two limits, indicates a regular motion."""
 SIGNIFICANCE = 3.0
 """Standard errors above zero that make an exponent positive."""
 
@@ -99,7 +99,7 @@ def zero_one_test(series: Array) -> Array:
     """K of the 0-1 test for chaos: about 0 for regular, about 1 for chaotic series (..., m).
 
     Correlation of the mean square displacement with time, median over FREQUENCIES values of c at
-    equal distances in (pi/5, 4 pi/5). The oscillating term is the share of the mean, and removed
+    equal distances in (pi/5, 4 pi/5). The oscillating term comes from the mean and is removed
     with it. A series that varies by less than RECURRENCE of its size is constant: K = 0. NaN for
     a series that is not finite or shorter than SHORTEST.
     Source: Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129, section 3.
@@ -247,7 +247,7 @@ def _mean_square_displacement(series: Array) -> Array:
     """M(t, c) of the plane walk with steps series_j e^(icj): (..., lags, FREQUENCIES).
 
     The square of a sum of t steps depends on c only by cos(c (i - l)), so the means over the
-    starting point, R(i, l) = <series_(j+i) series_(j+l)>, are made once for all c.
+    starting point, R(i, l) = <series_(j+i) series_(j+l)>, are computed once for all c.
     """
     lags = series.shape[-1] // LARGEST_LAG_SHARE
     windows = np.lib.stride_tricks.sliding_window_view(series, lags, axis=-1)
@@ -261,7 +261,7 @@ def _mean_square_displacement(series: Array) -> Array:
 
 
 def _line_share(section: Array) -> Array:
-    """Share of power in the strongest lines of (2, ..., m), each line taken out before the next."""
+    """Share of power in the strongest lines of (2, ..., m); each is removed before the next."""
     points = section.shape[-1]
     power = (np.abs(np.fft.rfft(_centred(section) * hann(points), axis=-1)) ** 2).sum(axis=0)
     total = power.sum(axis=-1)
@@ -276,7 +276,7 @@ def _line_share(section: Array) -> Array:
 def _best_return(section: Array) -> tuple[Array, Integers]:
     """Smallest rms distance of (2, ..., m) from itself over the lags to m/2, and that lag.
 
-    In units of sqrt(2) times the standard deviation: 1 for points that know nothing of each other.
+    In units of sqrt(2) times the standard deviation: 1 for independent points.
     """
     lags = range(1, section.shape[-1] // 2 + 1)
     size = np.sqrt(2.0 * section.var(axis=-1).sum(axis=0))
@@ -294,8 +294,8 @@ def _best_return(section: Array) -> tuple[Array, Integers]:
 def _period(section: Array) -> tuple[Integers, Array]:
     """Smallest period of (2, n, m), 0 if none, and how well it repeats; NaN stays NaN.
 
-    A period has to be seen three times, and all its repetitions lie together: neighbouring ones
-    alone would also be close in a slow drift.
+    A period has to be seen three times, and all its repetitions must be close to each other:
+    consecutive ones would also be close in a slow drift.
     """
     _, n, points = section.shape
     periods = range(1, min(LONGEST_PERIOD, points // 3) + 1)

@@ -29,7 +29,7 @@ AXES = {
 """Axis label and factor from SI for the parameters that the paper sweeps."""
 
 RECONSTRUCTION = 'empirical reconstruction'
-"""What a picture of the variants `figure` and `figure_chaos` has to say."""
+"""Note on pictures of the variants `figure` and `figure_chaos`."""
 
 WATERFALL_LINES = 60
 """More lines than this hide each other; a waterfall with more values shows every k-th."""
@@ -150,7 +150,7 @@ def draw_waterfall(
 def _of_one_length(lines: list[FloatArray]) -> list[FloatArray]:
     """Return the lines (n, 3) with points repeated, evenly, until all are as long as the longest.
 
-    matplotlib computes with the unset memory behind lines that are shorter than others.
+    matplotlib would compute with uninitialised memory after the end of shorter lines.
     """
     longest = max(map(len, lines), default=0)
     return [line[np.linspace(0, len(line) - 1, longest).round().astype(int)] for line in lines]
@@ -207,13 +207,13 @@ def draw_spectrum(
 
 
 def _span(x: FloatArray) -> tuple[float, float]:
-    """Return the limits of an axis, wider than nothing where there is a single value."""
+    """Return the limits of an axis; 1 wide if there is a single value."""
     low, high = float(x.min()), float(x.max())
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
 def _counts(bad: BoolArray, diverged: BoolArray) -> list[str]:
-    """Return the sentences of a legend about values that must not be read like the others."""
+    """Return the legend's texts about values that did not converge or diverged."""
     return [
         f'{int(rows.sum())} of {rows.size} values {what}'
         for rows, what in ((bad, 'not converged at 2N steps'), (diverged, 'diverged'))

@@ -45,31 +45,33 @@ HARMONICS = (1.0, 2.0, 2.5, 3.0, 4.0)
 """Orders whose amplitudes are reported; the ball-pass order of the bearing comes after them."""
 
 LARGEST_DIFFERENCE = 0.05
-"""A point has converged if halving the step moves means and amplitudes by less than this part."""
+"""For convergence, halving the step changes means and amplitudes by less than this share."""
 
 EXPONENT_ERRORS = 3.0
 EXPONENT_RESOLUTION = 1e-3
-"""and its exponent by less than so many standard errors plus this, per unit tau."""
+"""For convergence, the exponent changes by less than EXPONENT_ERRORS standard errors plus this,
+per unit tau."""
 
 ALIGNMENT = 10
-"""One part in so many of the exponent's revolutions is left to the tangent to align."""
+"""The first 1/ALIGNMENT of the exponent's revolutions is discarded while the tangent aligns."""
 
 CHUNK = 64
 """Points of one task: four groups of lanes, 80 MB at 300 revolutions, some seconds in all."""
 
 LONG_CHUNK = 16
 MOST_REVOLUTIONS = 4000
-"""Recordings longer than 1000 revolutions go by 16 points, 270 MB at the longest allowed."""
+"""Recordings of more than 1000 revolutions are made in chunks of LONG_CHUNK points: 270 MB at
+MOST_REVOLUTIONS."""
 
 RUNAWAY = 1000.0
-"""Static deflections beyond which a trajectory has diverged, if still finite: a bearing that the
-shaft has left by millimetres is no small displacement."""
+"""Static deflections beyond which even a finite trajectory has diverged: millimetres outside the
+bearing are no small displacement."""
 
 STRETCH = 100
-"""Revolutions of a transient looked at together: 13 MB for a chunk."""
+"""Revolutions of a transient that are checked together: 13 MB for a chunk."""
 
 LARGEST_IN_MEMORY = 64 * 2**20
-"""Bytes of one array of a Survey beyond which it lies on disk."""
+"""Bytes of one array of a Survey beyond which it is kept on disk."""
 
 ALIASES = {
     'speed': 'speed_rad_s',
@@ -78,7 +80,7 @@ ALIASES = {
     'clearance': 'clearance_m',
     'eccentricity': 'eccentricity_m',
 }
-"""Short names of what a sweep may run over; any other number of RotorParameters by its own name."""
+"""Short names of parameters to sweep; other numbers of RotorParameters go by their own name."""
 
 Progress = Callable[[int, int], None]
 
@@ -131,8 +133,8 @@ class Survey:
     `order_amplitude_y`, `order_amplitude_z` (n, 6): zero-to-peak in m at HARMONICS and the
     ball-pass order, by the plain sum over all recorded samples, with the same window.
     `exponent`, `standard_error` (n,): largest Lyapunov exponent per unit tau, from tangents.
-    `naive_exponent` (n,): the same without saltation, which is wrong where f jumps, but is what a
-    program finds that does not look for jumps; NaN where f is continuous or no exponent is asked.
+    `naive_exponent` (n,): the same without saltation, as by a program that ignores the jumps of f,
+    and wrong there; NaN where f is continuous or no exponent is asked for.
     `diverged_at` (n,): revolution after the start at which it left the model; NaN if it did not.
     `label`, `reason`, `zero_one` (n,): see `labels`.
     `steps_per_revolution` (n,): N as used.
@@ -201,7 +203,7 @@ def sweep(
     """Return one operating point for each value of `over`, a name in ALIASES or of a parameter.
 
     Speed and load factor are needed unless the sweep runs over them. Raises AnalysisError for an
-    unknown name, no values or a value the rotor cannot have.
+    unknown name, no values or a value that is impossible for the rotor.
     """
     name = ALIASES.get(over, over)
     fields = RotorParameters.model_fields
@@ -246,7 +248,7 @@ def survey(
     """Compute `plan` at every point, in chunks on `executor` (default: a thread for each core).
 
     `initial_state` (12,) in SI is the start of every point; by default that of the reference
-    values (`fixed_start`). A chunk that is done goes to `cache` at once and is not computed again.
+    values (`fixed_start`). A finished chunk is stored in `cache` at once and not computed again.
     `on_progress` gets the number of points done and in total. The results do not depend on the
     executor: the same points and plan give the same bits.
 
@@ -273,7 +275,7 @@ def survey(
         if executor is None:
             executor = stack.enter_context(concurrent.futures.ThreadPoolExecutor(os.cpu_count()))
         pending: dict[concurrent.futures.Future[Arrays], tuple[list[int], str]] = {}
-        # an interrupt must not wait for what has not begun
+        # an interrupt must not wait for chunks that have not begun
         stack.callback(lambda: [future.cancel() for future in pending])
         for chunk in chunks:
             task = ([points[i] for i in chunk], plan, start)
@@ -286,7 +288,7 @@ def survey(
         for future in concurrent.futures.as_completed(pending):
             chunk, key = pending.pop(future)  # and with it the result, once it is kept
             result = future.result()
-            with interrupt.held():  # what is kept is counted
+            with interrupt.held():  # an interrupt must not fall between storing and counting
                 if cache is not None:
                     cache.store(key, result)
                 keep(chunk, result)
@@ -297,13 +299,13 @@ def of_arrays(points: Sequence[OperatingPoint], plan: Plan, arrays: Arrays) -> S
     """Return the survey of points whose arrays are complete; the labels are made here."""
     bins = arrays['amplitude_y'].shape[1]
     known = {name: values for name, values in arrays.items() if name in _BY_POINT}
-    with np.errstate(all='ignore'):  # a diverged trajectory is NaN, and that is said by NaN
+    with np.errstate(all='ignore'):  # NaN marks a diverged trajectory
         known |= label_motions(arrays)
     return Survey(tuple(points), plan, orders=np.arange(bins) / plan.revolutions, **known)
 
 
 def _room(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return an array; a large one lies in a file without a name that goes when the array goes."""
+    """Return an array; a large one is in an unnamed file that is deleted with the array."""
     if math.prod(shape) * dtype.itemsize <= LARGEST_IN_MEMORY:
         return np.empty(shape, dtype)
     with tempfile.TemporaryFile() as file:
@@ -311,7 +313,7 @@ def _room(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
 
 
 def _chunks(points: Sequence[OperatingPoint], plan: Plan) -> list[list[int]]:
-    """Return the indices of the points that stand side by side, CHUNK at most."""
+    """Return the indices of the points that are computed side by side, CHUNK at most."""
     if not points:
         raise AnalysisError('there are no points to survey; give at least one')
 
@@ -331,13 +333,13 @@ def _batched(items: list[int], size: int) -> list[list[int]]:
 
 
 def run_chunk(points: Sequence[OperatingPoint], plan: Plan, start: Array | None) -> Arrays:
-    """Return arrays by name, (len(points), ...), of points of one kind: a Survey's but the labels.
+    """Return the arrays of a Survey without labels, (len(points), ...), for points of one kind.
 
-    With a check at 2N steps also what the label needs of that run: `finer_y`, `finer_z`,
-    `finer_exponent`, `finer_standard_error`.
+    With a check at 2N steps also the results of that run that the label needs: `finer_y`,
+    `finer_z`, `finer_exponent`, `finer_standard_error`.
     """
     steps = steps_needed(points[0], plan.steps_per_revolution)
-    with np.errstate(all='ignore'):  # a diverged trajectory is NaN, and that is said by NaN
+    with np.errstate(all='ignore'):  # NaN marks a diverged trajectory
         arrays = _measure(points, steps, plan, start, finer=False) | unchecked(len(points), steps)
         if plan.check_steps:
             finer = _measure(points, 2 * steps, plan, start, finer=True)
@@ -391,9 +393,9 @@ def _measure(
 
 
 def settle(ensemble: Ensemble, revolutions: int) -> Array:
-    """Go on by whole revolutions; return (n,) the revolution at which each left the model.
+    """Advance by whole revolutions; return (n,) the revolution at which each left the model.
 
-    Counted as the ensemble counts, NaN for a trajectory that stayed.
+    Counted like `ensemble.revolution`; NaN for a trajectory that did not leave it.
     """
     left = np.full(len(ensemble.points), np.nan)
     until = ensemble.revolution + revolutions
@@ -405,31 +407,31 @@ def settle(ensemble: Ensemble, revolutions: int) -> Array:
 
 
 def diverged(points: Sequence[OperatingPoint], record: Array, states: Array) -> NDArray[np.bool_]:
-    """Return whose recording (n, samples, 4) or state after it (n, 12) has left the model."""
+    """Return (n,) whether recording (n, samples, 4) or final state (n, 12) has left the model."""
     return np.asarray(_beyond(points, record).any(axis=1) | _outside(points, states))
 
 
 def _outside(points: Sequence[OperatingPoint], states: Array) -> NDArray[np.bool_]:
-    """Return whose state (n, 12) has left the model."""
+    """Return (n,) whether the state (n, 12) has left the model."""
     outside = _beyond(points, states[:, np.newaxis])[:, 0]
     return np.asarray(outside | ~np.isfinite(states).all(axis=1))
 
 
 def _beyond(points: Sequence[OperatingPoint], places: Array) -> NDArray[np.bool_]:
-    """Return which samples (n, samples, 2 or more) of y and z lie beyond RUNAWAY, or nowhere."""
+    """Return which samples (n, samples, 2 or more) of y and z lie beyond RUNAWAY or are NaN."""
     farthest = RUNAWAY * np.array([point.parameters.length_scale_m for point in points])
     inside = np.abs(places[..., :2]).max(axis=2) <= farthest[:, np.newaxis]  # False for NaN
     return np.asarray(~inside)
 
 
 def departure(points: Sequence[OperatingPoint], record: Array, first: int) -> Array:
-    """Return the revolution (n,) in which a recording from revolution `first` on leaves, or NaN."""
+    """Return (n,) the revolution in which a recording from `first` on leaves the model, or NaN."""
     beyond = _beyond(points, record)
     return np.where(beyond.any(axis=1), first + beyond.argmax(axis=1) // SAMPLES, np.nan)
 
 
 def summarise(points: Sequence[OperatingPoint], record: Array, highest_order: float) -> Arrays:
-    """Return what a Survey keeps of a recording (n, revolutions * SAMPLES, 4), m and m/s."""
+    """Return the arrays of a Survey from a recording (n, revolutions * SAMPLES, 4), m and m/s."""
     section = record[:, ::SAMPLES]
     ball_pass = np.array([point.parameters.ball_pass_order for point in points])
     arrays: Arrays = {
@@ -485,8 +487,8 @@ def tangent_growth(
 ) -> Array:
     """Return the logarithmic growth (revolutions, n / directions, directions) of tangents.
 
-    With more than one direction, trajectories must come in runs of `directions` equal ones: each
-    carries one tangent, and they are made orthogonal after every revolution.
+    With more than one direction, trajectories must come in groups of `directions` equal ones: each
+    carries one tangent, and those of a group are made orthogonal after every revolution.
     """
     count = len(ensemble.points) // directions
     first = np.random.default_rng(0).standard_normal((directions, 12))
@@ -500,7 +502,7 @@ def tangent_growth(
 
 
 def unchecked(count: int, steps: int) -> Arrays:
-    """Return what a Survey says of points that were not computed with another step."""
+    """Return the convergence arrays of a Survey for points computed with one step only."""
     return {
         'steps_per_revolution': np.full(count, steps),
         'difference': np.full(count, np.nan),
@@ -510,7 +512,7 @@ def unchecked(count: int, steps: int) -> Arrays:
 
 
 def _compare(coarse: Arrays, fine: Arrays, length_scale_m: Array, *, asked: bool) -> Arrays:
-    """Return what halving the step changed, and whether that is little enough."""
+    """Return the changes when the step is halved, and whether they are small enough."""
     names = ('order_amplitude_y', 'order_amplitude_z')
     changes = [np.abs(coarse[name] - fine[name]).max(axis=1) for name in names]
     changes += [np.abs(coarse[name] - fine[name]) for name in ('mean_y', 'mean_z')]

@@ -50,7 +50,7 @@ MaybeOver = Annotated[tuple[str, str, str, str] | None, _OVER]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, checked: one point, or a point for each of `values` of the field `over`."""
+    """The checked question: one point, or a point for each of `values` of the field `over`."""
 
     parameters: RotorParameters
     over: str | None
@@ -123,7 +123,7 @@ class AnalysisCommand(ABC):
     ] = None
 
     def run(self) -> None:
-        """Check the options, compute, write the files and say what came out."""
+        """Check the options, compute, write the files and print the result."""
         from rotor_dynamics.sweep_files import check_paths, save
 
         check_paths(self.paths)
@@ -160,11 +160,11 @@ class AnalysisCommand(ABC):
         """Return the outcome of the analysis."""
 
     def plan(self) -> 'Plan':
-        """Return what is computed at every point; AnalysisError for numbers that do not serve."""
+        """Return what is computed at every point; AnalysisError for numbers out of range."""
         return self._plan(revolutions=self.revolutions)
 
     def question(self) -> Question:
-        """Return what is asked; RigError with one sentence for anything that does not serve."""
+        """Return the checked question; RigError with one sentence for any wrong option."""
         from rotor_dynamics.ensemble import OperatingPoint, steps_needed
         from rotor_dynamics.surveys import ALIASES, sweep
 
@@ -216,7 +216,7 @@ class AnalysisCommand(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class _Directed(AnalysisCommand):
-    """A sweep that may go on from value to value."""
+    """A sweep that may continue from value to value."""
 
     over: Over = field()  # required here
     direction: Annotated[
@@ -225,7 +225,7 @@ class _Directed(AnalysisCommand):
     ] = 'fixed'
 
     def check(self) -> None:
-        """Refuse what a continuation cannot use: it is one long trajectory, computed once."""
+        """Refuse options without use in a continuation: it is one long trajectory."""
         if self.direction != 'fixed':
             options = {'--scheduler': self.scheduler, '--jobs': self.jobs, '--cache': self.cache}
             self._refuse(options, f'with --direction {self.direction}')
@@ -299,7 +299,7 @@ class LyapunovCommand(_PointOrSweep):
         return self._plan(exponent_revolutions=self.revolutions)
 
     def check(self) -> None:
-        """Refuse what a sweep cannot use: it takes tangents and the largest exponent alone."""
+        """Refuse options without use in a sweep: it only finds the largest exponent by tangents."""
         super().check()
         if self.over is not None:
             options = {'--spectrum': self.spectrum, '--method': self.method != 'tangent'}
@@ -328,7 +328,7 @@ class PoincareCommand(_PointOrSweep):
         return self._plan(revolutions=self.revolutions, exponent_revolutions=EXPONENT_REVOLUTIONS)
 
     def check(self) -> None:
-        """Refuse more sections than a picture holds."""
+        """Refuse more sections than fit into a picture."""
         from rotor_dynamics.sweep_files import is_picture
 
         super().check()

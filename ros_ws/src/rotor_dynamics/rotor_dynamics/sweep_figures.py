@@ -198,10 +198,10 @@ def poincare_section(
 
 
 HIGHEST_ORDER = 6.0
-"""Up to which order spectra are shown."""
+"""Highest order shown in spectra."""
 
 SHOWN_REVOLUTIONS = 40
-"""Of a motion's path; more fill the picture."""
+"""Revolutions of a motion's path; more would fill the picture."""
 
 _ORBIT = ('y', 'z', 'velocity_y', 'velocity_z')
 
@@ -209,7 +209,7 @@ _ORBIT = ('y', 'z', 'velocity_y', 'velocity_z')
 def _path(
     result: 'xarray.Dataset', speed_rad_s: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return Y, Z and Z' of the last revolutions, made smooth between the samples."""
+    """Return Y, Z and Z' of the last revolutions, interpolated smoothly between the samples."""
     samples = result.orbit_y.shape[1]
     last = slice(-SHOWN_REVOLUTIONS * samples, None)
     orbit = {name: result[f'orbit_{name}'].values.ravel()[last] for name in _ORBIT}
@@ -264,7 +264,7 @@ def sections(rows: Rows, asked: dict[str, Any]) -> Figure:
 def parameter_map(result: 'xarray.Dataset', asked: dict[str, Any]) -> Figure:
     """Return the exponent and the largest super-harmonic of Z over two parameters.
 
-    Dots mark what does not converge at 2N; white is what diverged.
+    Dots mark points that do not converge at 2N steps; diverged points are white.
     """
     figure = canvas(heading('Map', asked), 12.0, 5.0)
     panels = figure.subplots(1, 2, sharex=True, sharey=True)

@@ -19,11 +19,11 @@ DOTS_PER_INCH = 150
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What an analysis has to show. Arrays are in SI units.
+    """Result of an analysis; arrays are in SI units.
 
     `rows`: arrays of equal length, the columns of a table; `shared`: arrays that all rows have in
-    common; `asked` and `found`: question and answer in JSON types; `sentences`: the answer for a
-    person; `draw` returns a matplotlib Figure; `failed`: there is no answer, as when every motion
+    common; `asked` and `found`: question and answer in JSON types; `sentences`: the answer in
+    words; `draw` returns a matplotlib Figure; `failed`: there is no answer, as when every motion
     diverged.
     """
 
@@ -43,7 +43,7 @@ def check_paths(paths: list[Path]) -> None:
 
 
 def save(outcome: SweepResult, path: Path) -> None:
-    """Write `outcome` to `path` by its ending; AnalysisError where the disk does not take it."""
+    """Write `outcome` to `path`, in the format of its ending; AnalysisError if that fails."""
     try:
         _WRITERS[path.suffix](outcome, path)
     except OSError as error:

@@ -44,7 +44,7 @@ class Resources:
 
     @contextmanager
     def opened(self) -> Iterator[dict[str, Any]]:
-        """Give the arguments `executor` and `cache` of a survey."""
+        """Yield the arguments `executor` and `cache` of a survey."""
         cache = None if self.cache is None else ResultCache(self.cache)
         with executor(self.scheduler, self.jobs) as pool:
             yield {'executor': pool, 'cache': cache}
@@ -60,7 +60,7 @@ def run_sweep(
 
 
 def run_continuation(command: str, question: Question, direction: Direction) -> SweepResult:
-    """Return the survey that goes on from value to value, which is not repeated at 2N."""
+    """Return the survey that continues from value to value; it is not repeated at 2N steps."""
     once = replace(question, plan=replace(question.plan, check_steps=False))
     (found,) = continuation([(question.points, direction)], question.values, once.plan)
     return _outcome(command, once, found, direction)

@@ -22,11 +22,10 @@ _FAST_DDS = ('', 'rmw_fastrtps_cpp', 'rmw_fastrtps_dynamic_cpp')
 def keep_on_this_machine() -> None:
     """Bind DDS to the loopback interface unless ROS_AUTOMATIC_DISCOVERY_RANGE opens it.
 
-    For this process and those that it starts. A Fast DDS profile of the user stays, and then the
-    range means what it means to ROS 2. Other DDS do not look at the profiles: for them the range
-    is LOCALHOST.
+    For this process and those that it starts. A Fast DDS profile of the user is kept, and then the
+    range has its ROS 2 meaning. Other DDS ignore the profiles: for them the range is LOCALHOST.
     """
-    # to ROS 2 an empty range means the subnet, and ROS_LOCALHOST_ONLY comes before it
+    # to ROS 2 an empty range means the subnet, and ROS_LOCALHOST_ONLY overrides it
     wanted = os.environ.get(_RANGE) or 'LOCALHOST'
     if os.environ.get(_LOCALHOST_ONLY) == '1':
         wanted = 'LOCALHOST'
@@ -36,7 +35,7 @@ def keep_on_this_machine() -> None:
         return
     if os.environ.get('RMW_IMPLEMENTATION', '') not in _FAST_DDS:
         return
-    # where we have been before, in the process that started this one
+    # the process that started this one has already done this
     is_done = wanted == 'SYSTEM_DEFAULT' and profile == str(LOOPBACK_PROFILE)
     is_open = wanted in ('SUBNET', 'SYSTEM_DEFAULT') and not is_done
     os.environ[_PROFILE] = str(NETWORK_PROFILE if is_open else LOOPBACK_PROFILE)
@@ -47,12 +46,12 @@ def keep_on_this_machine() -> None:
 
 
 def check_security() -> None:
-    """Make sure that the nodes are secured where ROS_SECURITY_ENABLE asks for it.
+    """Make sure that the nodes are secured if ROS_SECURITY_ENABLE requires it.
 
-    ROS 2 itself starts unsecured nodes without the keystore, or with a word that it does not know.
+    ROS 2 itself starts unsecured nodes without the keystore, or with a value that it does not know.
 
     Raises:
-        ConfigError: security is asked for and cannot be had, or cannot be told from its absence.
+        ConfigError: security is required but not available, or the variable has another value.
 
     """
     enabled = os.environ.get('ROS_SECURITY_ENABLE', '')
@@ -80,7 +79,7 @@ def check_security() -> None:
             f'ROS_SECURITY_ENCLAVE_OVERRIDE = {enclave!r} is no enclave of the keystore {keystore}',
             'it must be the enclave of the rig, such as /rotor_rig',
         )
-    # the one proof that the keys are good and that this DDS has security: a node that starts
+    # only a node that starts proves that the keys are good and that this DDS has security
     started = subprocess.run(
         [sys.executable, '-c', _NODE],
         stdin=subprocess.DEVNULL,

@@ -19,15 +19,15 @@ class Channel:
     unit: str
     kind: Kind
     place: str = ''
-    """As people read it; '' for what belongs to no place."""
+    """Name of the place to show; '' for a column without one."""
     direction: str = ''
     noise_group: str = ''
-    """Key of its sensors in the configuration; '' for what no sensor with noise measures."""
+    """Key of its sensors in the configuration; '' if no sensor with noise measures it."""
     dtype: str = '<f4'
 
 
 def _vibrations(kind: Kind, noise_group: str, places: dict[str, str]) -> tuple[Channel, ...]:
-    """Return the channels of places by the beginnings of their names: y, then z of each."""
+    """Return the y and z channels of each place; `places` maps name prefixes to places."""
     return tuple(
         Channel(f'{start}{direction}', _UNITS[kind], kind, place, direction, noise_group)
         for start, place in places.items()
@@ -83,15 +83,15 @@ def is_acceleration(channel: str) -> bool:
 
 
 def source_and_kind(name: str) -> tuple[str, str]:
-    """Split the name of an indicator, `disk_z/rms`; its source is '' where it is of a window."""
+    """Split the name of an indicator, `disk_z/rms`; one of a window has the source ''."""
     source, _, kind = name.rpartition('/')
     return source, kind
 
 
 def shown_channel(names: Iterable[str]) -> str:
-    """Return the channel that people are shown: SHOWN_CHANNEL, else the first; '' for none.
+    """Return the channel to show: SHOWN_CHANNEL, else the first; '' for none.
 
-    `names` are columns or indicators; what belongs to no channel among them does not count.
+    `names` are columns or indicators; those that belong to no channel are ignored.
     """
     channels = [c for c in (name.partition('/')[0] for name in names) if is_channel(c)]
     return SHOWN_CHANNEL if SHOWN_CHANNEL in channels else next(iter(channels), '')

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 class Credit:
-    """How far one consumer has come.
+    """Progress of one consumer.
 
     Attributes:
         consumed_ns: the newest stamp that it has reported; 0 = ready, -1 = no report yet.
@@ -21,8 +21,8 @@ class Credit:
     def take(self, stamp_ns: int, sent_ns: int) -> None:
         """Take a report; one that goes back, or beyond the newest stamp sent, is counted.
 
-        While nothing has been sent (0), a consumer of earlier runs repeats what it said of those:
-        it is ready.
+        While nothing has been sent (0), a consumer may repeat a report of an earlier run: it is
+        ready.
         """
         if not sent_ns:
             stamp_ns = min(stamp_ns, 0)
@@ -33,7 +33,7 @@ class Credit:
 
 
 class Credits:
-    """How far each of the named consumers has come; reports of others are not looked at."""
+    """Progress of each of the named consumers; reports of others are ignored."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._credits = {name: Credit() for name in names}
@@ -47,7 +47,7 @@ class Credits:
             credit.take(stamp_ns, sent_ns)
 
     def behind(self, stamp_ns: int) -> list[str]:
-        """Return who has not reported this stamp or a later one; 0 = who is not ready."""
+        """Return the consumers that have not reported this stamp or a later one; 0 = ready."""
         return [name for name, credit in self._credits.items() if credit.consumed_ns < stamp_ns]
 
     @property

@@ -18,7 +18,7 @@ from rotor_interfaces import access
 
 HIGHEST_DOMAIN = 232
 RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
-"""How far nodes find each other; with OFF, ROS's fourth, the processes of a rig would not."""
+"""Discovery ranges; with ROS's fourth, OFF, the processes of a rig would not find each other."""
 SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 - where Linux has it
 BYTES_A_PROCESS = 2**20
 """Fast DDS takes 660 KiB, the tracing of ROS 8 KiB."""
@@ -27,7 +27,7 @@ _PORT_FILE = 'fastrtps_port'
 
 
 def require_loadable(processes: int = 1) -> None:
-    """Raise ConfigError where merely importing rclpy would end the process without a sentence."""
+    """Raise ConfigError if merely importing rclpy would end the process without a message."""
     free = free_shared_memory()
     if free < processes * BYTES_A_PROCESS:
         raise ConfigError(
@@ -48,7 +48,7 @@ def require_loadable(processes: int = 1) -> None:
 
 
 def exit_unless_loadable() -> None:
-    """End the process with a sentence where importing rclpy would end it without one."""
+    """End the process with a message if importing rclpy would end it without one."""
     try:
         require_loadable()
     except ConfigError as error:
@@ -57,9 +57,9 @@ def exit_unless_loadable() -> None:
 
 
 def free_shared_memory() -> int:
-    """Return how many bytes of shared memory are free; no limit where there is none at all.
+    """Return how many bytes of shared memory are free; no limit if the system has none at all.
 
-    Without shared memory Fast DDS takes to UDP; full, it ends the process by SIGBUS.
+    Without shared memory Fast DDS uses UDP; if it is full, the process ends by SIGBUS.
     """
     try:
         found = os.statvfs(SHARED_MEMORY)
@@ -70,11 +70,11 @@ def free_shared_memory() -> int:
 
 @contextlib.contextmanager
 def environment() -> Iterator[None]:
-    """Prepare the environment; where ROS_LOG_DIR is not set, it is a folder that ends with this.
+    """Prepare the environment; without ROS_LOG_DIR, logs go to a folder removed at the end.
 
     Raises:
-        ConfigError: a variable of ROS 2 with a value that cannot work, no shared memory left, or
-            security that cannot be had.
+        ConfigError: a variable of ROS 2 has a value that cannot work, no shared memory is left, or
+            security is not available.
 
     """
     access.keep_on_this_machine()
@@ -121,14 +121,14 @@ def _check_variables() -> None:
 
 
 def other_users() -> list[int]:
-    """Return the ids of other users whose DDS the nodes of this process cannot exchange data with.
+    """Return the ids of other users with whose DDS the nodes here cannot exchange data.
 
-    Fast DDS makes its shared memory accessible to one user only, and does not take to UDP for
-    the others: nodes of two users find each other, and then exchange nothing.
+    Fast DDS makes its shared memory accessible to one user only, and does not use UDP for the
+    others: nodes of two users find each other, and then exchange nothing.
     """
     found = set()
     if f'{SHARED_MEMORY}/fastrtps_' not in Path('/proc/self/maps').read_text('utf-8', 'replace'):
-        return []  # this process does without shared memory
+        return []  # this process uses no shared memory
     for path in SHARED_MEMORY.glob(f'{_PORT_FILE}*_el'):
         with contextlib.suppress(OSError):
             owner = path.stat().st_uid

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rotor_common.errors import WireError
 
 CLOCK_DRIFT = 1e-3
-"""Honest clocks of stamps and samples differ by less than this share of the time that passes."""
+"""Correct clocks of stamps and samples differ by less than this share of the elapsed time."""
 
 
 class Continuity(enum.Enum):
@@ -23,9 +23,9 @@ class Continuity(enum.Enum):
 
 
 class BlockTime(NamedTuple):
-    """When a block begins: its stamp, and its first time after that; the time between samples.
+    """Time of a block: its stamp, its first time after the stamp, the time between samples.
 
-    The last is NaN where the block does not say.
+    The last is NaN if the block does not say.
     """
 
     stamp_ns: int
@@ -38,7 +38,7 @@ UNTIMED = BlockTime(0, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a block stands, by the index and by the clock."""
+    """Position of a block by the index and by the clock."""
 
     first_sample: int
     count: int
@@ -61,13 +61,13 @@ class _Place:
         return self.since_s(newest) - (sample - newest.first_sample) * newest.time.step_s
 
     def is_due(self, newest: '_Place', sample: int) -> bool:
-        """Say whether it begins when a sample is due, to half a block; no where nobody can say."""
+        """Say whether it begins when a sample is due, to half a block; False if unknown."""
         samples = max(self.count, newest.count) / 2 + CLOCK_DRIFT * abs(sample - newest.next_sample)
         return abs(self.late_s(newest, sample)) <= samples * newest.time.step_s > 0
 
 
 class _Pace(enum.Enum):
-    """Whether the stamps of a run go with its samples."""
+    """Whether the stamps of a run keep pace with its samples."""
 
     UNKNOWN = 'unknown'
     KEPT = 'kept'
@@ -78,10 +78,10 @@ class _Pace(enum.Enum):
 class SampleContinuity:
     """Counts what a stream of blocks lost; a jump backwards is a new run, not a loss.
 
-    A jump that the stamps contradict is neither: where they have kept pace with the samples, the
-    block is refused, unless it goes on from the one refused before, for then the source does count
-    otherwise. Behind the first block of a run nobody knows which of the two is wrong, and another
-    run begins. Where the stamps have not kept pace, the index alone counts.
+    A jump that the stamps contradict is neither: if they have kept pace with the samples so far,
+    the block is refused, unless it continues the one refused before, since then the source really
+    counts differently. After the first block of a run it is unknown which of the two is wrong, and
+    a new run begins. If the stamps have not kept pace, only the index counts.
 
     `next_sample` is the index that the next block should start with (None before the first),
     `blocks`, `gaps`, `lost_samples` and `restarts` only ever grow.
@@ -156,20 +156,20 @@ class SampleContinuity:
             return Continuity.RESTART
         self._refused = block if time.step_s > 0 else block.with_step(newest.time.step_s)
         raise WireError(
-            f'sample = {first_sample} after {expected - 1} does not go with the stamp, which is '
+            f'sample = {first_sample} after {expected - 1} does not fit the stamp, which is '
             f'{abs(block.late_s(newest, first_sample)):.3g} s off that of such a sample'
         )
 
 
 @dataclass
 class FirstSource:
-    """Holds on to the source that was heard first.
+    """Accepts only the source that was heard first.
 
     While one source publishes, every block is its own, also after a jump: a replay that loops, a
-    rig started again. While several do, a block must follow the newest one that was accepted: a
-    later sample, at the time at which this sample is due by the step of that block, to half a
-    block. Of blocks of one sample, the stamps of the accepted ones tell the step; while they do
-    not, the next sample is taken. `other_blocks` counts those that are not accepted.
+    rig started again. While several do, a block must follow the newest accepted one: a later
+    sample, at the time at which this sample is due by the step of that block, to half a block. For
+    blocks of one sample, the step comes from the stamps of accepted ones; until it is known, the
+    next sample is accepted. `other_blocks` counts those that are not accepted.
     """
 
     other_blocks: int = 0

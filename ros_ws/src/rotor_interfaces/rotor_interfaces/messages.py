@@ -23,7 +23,7 @@ _STALE = 3
 
 
 class MessageFactory(Protocol):
-    """What a message builder needs to know about the world it builds for."""
+    """Makes messages and their fields for a builder, with the live or the offline classes."""
 
     def new(self, type_name: str, **fields: Any) -> Any:
         """Return a message of `type_name` ('package/msg/Type') with all `fields` set."""
@@ -114,7 +114,7 @@ def header(factory: MessageFactory, stamp_ns: int, frame_id: str) -> Any:
 def stamp_ns(message: Any) -> int:
     """Return the nanoseconds of a message with a header, of a Header or of a Clock.
 
-    A stamp whose nanoseconds make more than a second is the last of that second, or it could
+    Nanoseconds of more than a second become the last one of that second: otherwise the stamp could
     not be written again.
     """
     time = message.header.stamp if hasattr(message, 'header') else None
@@ -137,7 +137,7 @@ def joint_state(
     *,
     velocity: NDArray[np.float64] | None = None,
 ) -> Any:
-    """Return sensor_msgs/JointState: named numbers that every plotter shows by itself."""
+    """Return sensor_msgs/JointState: named numbers that every plotter shows without settings."""
     empty = np.empty(0)
     return factory.new(
         'sensor_msgs/msg/JointState',
@@ -214,7 +214,7 @@ def diagnostics(
     text: str,
     values: Mapping[str, Any],
 ) -> Any:
-    """Return diagnostic_msgs/DiagnosticArray with one status; units stand in the keys."""
+    """Return diagnostic_msgs/DiagnosticArray with one status; units are in the keys."""
     status = factory.new(
         'diagnostic_msgs/msg/DiagnosticStatus',
         level=factory.octet(level),
@@ -234,7 +234,7 @@ def diagnostics(
 
 
 def level_of(status: Any) -> int:
-    """Return the level of a DiagnosticStatus of either world; one that nobody knows is 3, stale."""
+    """Return the level of a DiagnosticStatus, live or offline; an unknown one is 3, stale."""
     level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
     return level if 0 <= level < _STALE else _STALE
 

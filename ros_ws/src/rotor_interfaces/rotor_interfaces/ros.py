@@ -3,10 +3,10 @@
 """The base of every node: QoS, namespace, parameters from a model, the run loop.
 
 Of this package only this module and `run_topics` import rclpy; the nodes import what they need of
-it from here, so that `dds` has looked at the machine before.
+it from here, so that `dds` has checked the machine before.
 """
 
-# ruff: noqa: E402, PLC0414 - rclpy comes after that look, and is handed on
+# ruff: noqa: E402, PLC0414 - rclpy is imported after that check, and re-exported
 
 import functools
 import signal
@@ -47,7 +47,7 @@ from rotor_interfaces import messages, topics
 from rotor_interfaces.topics import Topic
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-"""What ends a node in order."""
+"""Signals that end a node in order."""
 ACKNOWLEDGEMENT_S = 1.0
 IDLE_S = 0.1
 """The run loop wakes this often without a message, so that a signal is noticed."""
@@ -60,17 +60,17 @@ class RigNode(Protocol):
     """A node that the run loop can drive."""
 
     def is_done(self) -> bool:
-        """Say whether the run is over; a node that only listens never says so."""
+        """Say whether the run is over; always False for a node that only listens."""
 
     def finish(self) -> None:
-        """Flush what is still owed (acknowledgements, files) before the node is destroyed."""
+        """Complete pending work (acknowledgements, files) before the node is destroyed."""
 
     def destroy_node(self) -> None:
         """Release the ROS entities; rclpy's own."""
 
 
 def qos(topic: Topic, *, subscribe: bool = False, volatile: bool = False) -> QoSProfile:
-    """Return the profile of a topic; `volatile` asks a latched topic only for what comes now."""
+    """Return the profile of a topic; `volatile`: only new messages, even of a latched topic."""
     best_effort = subscribe and topic.best_effort
     latched = topic.latched and not volatile
     return QoSProfile(
@@ -117,7 +117,7 @@ def timer(node: Node, period_s: float, callback: Callable[[], None]) -> Any:
 def declare(node: Node, name: str, default: Any, description: str) -> Any:
     """Declare a parameter that is fixed once the node runs; return its value.
 
-    A whole number will do for a float. Raises ConfigError for any other type.
+    A whole number is accepted for a float. Raises ConfigError for any other type.
     """
     descriptor = ParameterDescriptor(description=description, read_only=True, dynamic_typing=True)
     value = node.declare_parameter(name, default, descriptor).value
@@ -212,7 +212,7 @@ def accept_changes(node: Node, apply: dict[str, Callable[[float], None]]) -> Non
 
     def on_set(parameters: list[Parameter]) -> SetParametersResult:
         if len(parameters) > 1:
-            # applied one by one they would not be atomic: a later refusal came too late
+            # applied one by one they would not be atomic: a later refusal would come too late
             return SetParametersResult(successful=False, reason='set one parameter at a time')
         for parameter in parameters:
             if parameter.name not in apply:
@@ -240,10 +240,10 @@ def run(
 
     SIGINT and SIGTERM end the loop; what has arrived by then is still handled, then every node
     finishes in order. While nodes are being created they end that at once: compiling may take a
-    minute. Where the run `has_end`, ending it early is INTERRUPTED. A RigError is one sentence
-    on standard error, and so is what the system refuses.
+    minute. If the run `has_end`, ending it early is INTERRUPTED. A RigError or OSError becomes one
+    sentence on standard error.
     """
-    # held back until somebody listens, here or already by whoever started this process
+    # blocked until they are handled; the process that started this one may have done it already
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     signals: list[int] = []
     for number in SIGNALS:
@@ -327,7 +327,7 @@ def namespace_arguments(namespace: str) -> list[str]:
 
 
 def initialise(arguments: Sequence[str] | None = None) -> None:
-    """Start rclpy, which leaves the signals to us; raises ConfigError."""
+    """Start rclpy without its signal handlers; raises ConfigError."""
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # noqa: BLE001 - rclpy raises several unrelated types here
@@ -338,7 +338,7 @@ def initialise(arguments: Sequence[str] | None = None) -> None:
 def _guarded(node: Node, callback: Callable[..., None]) -> Callable[..., None]:
     """Return `callback` with a RigError kept for the run loop: rclpy would print a traceback.
 
-    A node that has failed hears nothing more.
+    A node that has failed handles no more messages.
     """
 
     @functools.wraps(callback)
@@ -354,7 +354,7 @@ def _guarded(node: Node, callback: Callable[..., None]) -> Callable[..., None]:
 
 
 def _failure(node: Any) -> RigError | None:
-    """Return what went wrong in a callback of a node, None where nothing did."""
+    """Return the error that a callback of a node raised, None if there is none."""
     failure: RigError | None = getattr(node, 'rig_failure', None)
     return failure
 

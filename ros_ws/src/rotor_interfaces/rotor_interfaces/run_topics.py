@@ -21,12 +21,12 @@ from rotor_interfaces.ros import Node
 from rotor_interfaces.topics import Topic
 
 RUN_ID = 'run of this node, which then hears only the nodes of the same run; empty: hears everybody'
-"""What the parameter `run_id` of every node means."""
+"""Description of the parameter `run_id` of every node."""
 _HIDDEN = '_run_'
 LISTEN_S = 1.0
-"""Where no block came for so long, no other rig flies."""
+"""Without a block for this long, no other rig is running."""
 ENDING_S = 3.0
-"""Another rig that flies may be about to end; it is waited for so long."""
+"""How long to wait for another running rig, which may be about to end."""
 LOOK_S = 1.0
 WAIT_LOOK_S = 0.05
 _SHARED = (topics.DIAGNOSTICS, topics.PROGRESS)  # what several nodes of a rig publish
@@ -51,7 +51,7 @@ class RunPublisher:
         self._held: Any = None
 
     def publish(self, message: Any, *, inside: bool = False) -> None:
-        """Publish to all; with `inside` only to the run, which may still be refused."""
+        """Publish to all; with `inside` only to the run, while it may still be refused."""
         # not serialized once for both: rclpy then adds more bytes than readers of CDR allow
         self._inside.publish(message)
         if inside:
@@ -60,7 +60,7 @@ class RunPublisher:
             self._outside.publish(message)
 
     def publish_outside(self) -> None:
-        """Publish to everybody else what the run heard last."""
+        """Publish the last message of the run to everybody else."""
         if self._outside is not None and self._held is not None:
             self._outside.publish(self._held)
 
@@ -89,7 +89,7 @@ class RunTopics:
 
     def publisher(self, topic: Topic) -> RunPublisher:
         """Return a publisher with the type and QoS of the contract."""
-        # the hidden one first: others then never know the public one alone
+        # the hidden one first: others then never see the public one alone
         inside = ros.publisher(self._node, self._inside(topic))
         outside = ros.publisher(self._node, topic) if self.run_id else None
         self._outputs += [inside] if outside is None else [inside, outside]
@@ -109,7 +109,7 @@ class RunTopics:
         """Return how many others publish a topic of the contract.
 
         Without a run that is all but one. Publishers of later runs do not count: a run gives way
-        to every earlier one, so that of two that start together one flies.
+        to every earlier one, so that of two that start together one runs.
         """
         if not self.run_id:
             return max(self._count(topic.name) - 1, 0)
@@ -136,10 +136,10 @@ class RunTopics:
 
 
 class OtherRigs:
-    """Finds out whether somebody else publishes what the rig of this simulator publishes.
+    """Finds out whether others publish the topics that the rig of this simulator publishes.
 
     Before the run begins, by the ROS graph and by the blocks that come on the topic of the
-    contract, where the own rig does not publish yet; then by the graph.
+    contract, where this rig does not publish yet; then by the graph.
 
     `topics` are the names of the topics that others published at the last look.
     """
@@ -182,11 +182,11 @@ class OtherRigs:
         ]
 
     def stay(self) -> bool:
-        """Say whether another rig has flown for so long that it is not about to end."""
+        """Say whether another rig has run for so long that it is not about to end."""
         return self._is_flying() and time.monotonic() - self._first_s > ENDING_S
 
     def begin(self) -> None:
-        """Look at the graph from now on, since the own rig begins to publish."""
+        """Look at the graph from now on, since this rig begins to publish."""
         if self._flight is not None:
             self._node.destroy_subscription(self._flight)
         ros.timer(self._node, LOOK_S, self._look)
@@ -202,7 +202,7 @@ class OtherRigs:
             self._node.get_logger().warning(self.text())
 
     def text(self) -> str:
-        """Return in a few words what others publish, '' where they publish nothing."""
+        """Return in a few words what others publish, '' for nothing."""
         names = ', '.join(self.topics)
         return f'another source publishes {names} in this ROS domain' if names else ''
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Topic:
     """One topic of the rig; publishers are RELIABLE KEEP_LAST `depth`, latched = TRANSIENT_LOCAL.
 
-    `best_effort` subscribers do not hold the publisher back (nobody waits for one tick of it).
+    `best_effort` subscribers do not hold the publisher back (a lost tick of it does not matter).
     """
 
     name: str

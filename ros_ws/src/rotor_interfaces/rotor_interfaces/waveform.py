@@ -26,14 +26,14 @@ _DOUBLES = sum(channel.dtype == '<f8' for channel in CHANNELS)
 BY_TYPE = np.dtype(
     [('doubles', '<f8', (_DOUBLES,)), ('singles', '<f4', (len(CHANNELS) - _DOUBLES,))]
 )
-"""The bytes of WAVEFORM_DTYPE as two tables: the columns of float64 stand first."""
+"""The bytes of WAVEFORM_DTYPE as two tables: the columns of float64 come first."""
 
 # sensor_msgs/PointField datatype codes
 _DATATYPES = {1: 'i1', 2: 'u1', 3: '<i2', 4: '<u2', 5: '<i4', 6: '<u4', 7: '<f4', 8: '<f8'}
 _CODES = {np.dtype(name): code for code, name in _DATATYPES.items()}
 
 MOST_ROWS = 1 << 16
-"""Samples of a block, as many as the rig itself can be told to put into one."""
+"""Most samples of a block, the same as the rig itself can be configured to send."""
 MOST_COLUMNS = 1024
 LONGEST_ROW = 1 << 14
 """Bytes of a row: twice what so many columns need."""
@@ -57,14 +57,14 @@ class WaveformBlock:
 
     @property
     def first_sample(self) -> int:
-        """Absolute index of the first sample; raises WireError where the block has none."""
+        """Absolute index of the first sample; raises WireError if the block has none."""
         if 'sample' not in self.columns or not len(self.rows):
             raise WireError('the block has no `sample` column or no rows, so its place is unknown')
         return sample_index(float(self.rows['sample'][0]))
 
     @property
     def step_s(self) -> float:
-        """Time from one sample to the next, s; NaN where the block does not say."""
+        """Time from one sample to the next, s; NaN if the block does not say."""
         if 'time' not in self.columns or len(self.rows) < 2:
             return float('nan')
         times = self.rows['time']
@@ -72,14 +72,14 @@ class WaveformBlock:
 
     @property
     def time(self) -> BlockTime:
-        """When its first sample was taken, by the stamp alone where it has no `time` column."""
+        """Time of its first sample, by the stamp alone if it has no `time` column."""
         has_times = 'time' in self.columns and len(self.rows)
         start_s = float(self.rows['time'][0]) if has_times else 0.0
         return BlockTime(self.stamp_ns, start_s, self.step_s)
 
 
 def sample_index(value: float) -> int:
-    """Return a value of the `sample` column; raises WireError for what counts no samples."""
+    """Return a value of the `sample` column as an index; raises WireError if it is none."""
     if not value.is_integer() or abs(value) > LARGEST_SAMPLE:
         raise WireError(
             f'sample = {value!r} is not a whole number up to {LARGEST_SAMPLE}; it counts samples'
@@ -136,10 +136,10 @@ def _point_fields(dtype: np.dtype[Any], factory: MessageFactory) -> tuple[Any, .
 
 
 def decode(message: Any) -> WaveformBlock:
-    """Return the block of a PointCloud2 of either world; the rows are a view, not a copy.
+    """Return the block of a PointCloud2, live or offline; the rows are a view, not a copy.
 
     Raises:
-        WireError: big-endian, no such stamp, inconsistent sizes, unknown types, arrays in a
+        WireError: big-endian, an invalid stamp, inconsistent sizes, unknown types, arrays in a
             column, columns that repeat or overlap the end of a row, or more than MOST_ROWS,
             MOST_COLUMNS, LONGEST_ROW or LONGEST_NAME.
 
@@ -159,7 +159,7 @@ def decode(message: Any) -> WaveformBlock:
             f'{count * step}'
         )
     _check_size(count, step, len(message.fields))
-    # a mapping: a list of names would be searched anew for each column
+    # a mapping: a list of names would be searched again for each column
     columns: dict[str, tuple[np.dtype[Any], int]] = {}
     for field in message.fields:
         if not 0 < len(field.name) <= LONGEST_NAME:
@@ -173,7 +173,7 @@ def decode(message: Any) -> WaveformBlock:
             )
         dtype = np.dtype(_DATATYPES[field.datatype])
         if field.name in columns:
-            raise WireError(f'column {field.name!r} stands twice in the block')
+            raise WireError(f'column {field.name!r} occurs twice in the block')
         if field.offset + dtype.itemsize > step:
             raise WireError(
                 f'column {field.name!r} ends at byte {field.offset + dtype.itemsize} of a row '

@@ -36,7 +36,7 @@ def steady(blocks: int, first: int = 0) -> SampleContinuity:
 @pytest.mark.parametrize('false', [10**12, 4 * 256 + 130, 4 * 256 - 256, 0, -(10**12)])
 def test_a_jump_that_the_stamps_contradict_is_refused_and_no_loss(false: int) -> None:
     stream = steady(4)
-    with pytest.raises(WireError, match=f'sample = {false} after 1023 does not go with the stamp'):
+    with pytest.raises(WireError, match=f'sample = {false} after 1023 does not fit the stamp'):
         stream.check(*at(false, 4 * 0.256))
     assert stream.check(*at(5 * 256, 5 * 0.256)) is Continuity.GAP
     assert (stream.blocks, stream.lost_samples, stream.restarts) == (5, 256, 0)

@@ -13,16 +13,16 @@ from rotor_dynamics import Survey
 from rotor_paper.judging import AGREES, DOES_NOT, PARTLY, BoolArray, Judgement, Results
 
 MOST_UNCONVERGED = 0.5
-"""Largest share of points that change at 2N steps under a claim that agrees: with more of them it
-rests on the step rather than on the equations."""
+"""Largest share of points that may change at 2N steps if a claim is to agree: with more of them it
+depends on the step rather than on the equations."""
 
 Rows = Callable[[Results, str], NDArray[np.intp]]
-"""Which points of a diagram, given by its key, a claim uses."""
+"""Returns the indices of the points that a claim uses of a diagram, given by its key."""
 
 
 @dataclass(frozen=True)
 class ClaimVerdict:
-    """What became of a claim for one variant; `value` holds our numbers, all JSON types.
+    """The verdict on a claim for one variant; `value` holds our numbers, all JSON types.
 
     `points` counts the points the claim uses, `unconverged` and `lost` those of them that change
     at 2N steps (None where 2N was not computed) or that diverged.
@@ -57,8 +57,8 @@ class Claim:
         """Return the verdict on one variant; None where a diagram it needs was not computed.
 
         Points that diverged never count as agreeing: with all of them lost the claim does not
-        hold, with some of them lost it holds partly at best. So it does where more than the share
-        `MOST_UNCONVERGED` did not converge.
+        hold, with some of them lost it holds partly at best. The same applies if more than the
+        share `MOST_UNCONVERGED` did not converge.
         """
         if any(key not in results.surveys for key in self.needs):
             return None

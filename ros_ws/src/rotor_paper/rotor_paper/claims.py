@@ -3,7 +3,7 @@
 """The statements in `facts.yaml` as claims, judged by the surveys of one variant.
 
 A claim says what the paper says, how it is judged, and which diagrams it needs. Numbers of the
-paper come from the facts, numbers of ours from the surveys; the rules stand in `judging`.
+paper come from the facts, our numbers from the surveys; the rules are in `judging`.
 """
 
 from functools import partial

@@ -14,7 +14,7 @@ SEVERAL = f'agrees: {exponents.SEVERAL} or more; partly: one'
 
 
 def behaviour_claims(facts: Facts) -> tuple[Claim, ...]:
-    """Return the claims of the text of sections 3.1 to 3.5 that no axis or label bears."""
+    """Return the claims in the text of sections 3.1 to 3.5 that no axis or label shows."""
     crack, unloaded, clearance = facts['fig14_15'], facts['fig16'], facts['fig17_18']
     threshold, wide = crack['chaotic_above_K'], clearance['chaotic_above_um']
     return (

@@ -47,7 +47,7 @@ def rows_shown(figure: Figure, results: Results) -> dict[str, NDArray[np.intp]]:
 
 
 def arrays(figure: Figure, results: Results) -> dict[str, NDArray[Any]]:
-    """Return what the figure shows, named `diagram/field`, one row per point.
+    """Return the data that the figure shows, named `diagram/field`, one row per point.
 
     The name of the first field is that of the swept parameter. Spectra end at the highest
     frequency drawn: NaN beyond. Paths of a motion are dimensionless.

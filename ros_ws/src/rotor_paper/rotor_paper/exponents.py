@@ -12,7 +12,7 @@ from rotor_dynamics import Survey
 from rotor_paper.judging import MOST, BoolArray, FloatArray, Judgement, against_ticks, graded
 
 EXPONENT_SCATTER = 0.002
-"""Scatter of an exponent over 500 revolutions; less is not told from zero."""
+"""Scatter of an exponent over 500 revolutions; less cannot be distinguished from zero."""
 
 STANDARD_ERRORS = 3.0
 """An exponent is positive when it is beyond this many standard errors, and the scatter."""
@@ -29,7 +29,7 @@ PEAK = EXPONENT_SCATTER
 """Least prominence of a peak of an exponent over a parameter."""
 
 SEVERAL = 3
-"""Least number that the word means."""
+"""Least number of peaks that the paper's word means."""
 
 ONSET = 0.05
 """Distance of our first chaotic value from the paper's, over the range of the diagram."""
@@ -62,7 +62,7 @@ def naive(survey: Survey) -> Survey:
 
 
 def _both_ways(rule: Callable[[list[Survey]], Judgement], surveys: Iterable[Survey]) -> Judgement:
-    """Return the judgement with saltation; what the same rule gives without is only told."""
+    """Return the judgement with saltation; that of the same rule without is only reported."""
     each = list(surveys)
     found, without = rule(each), [naive(survey) for survey in each]
     if not any(np.isfinite(survey.exponent).any() for survey in without):

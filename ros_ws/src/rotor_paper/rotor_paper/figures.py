@@ -3,7 +3,7 @@
 """Definitions of figures 5 to 19: the diagrams they need and the panels they show.
 
 Source: Hou, Chen, Cao, Lu, Mechanism and Machine Theory 105 (2016) 515-528. Ranges and operating
-points come from `facts.yaml`; what stands here besides is in the captions of the figures.
+points come from `facts.yaml`; everything else here is from the captions of the figures.
 """
 
 import importlib.resources
@@ -65,7 +65,7 @@ Facts = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Settings:
-    """How fine: values a diagram, revolutions left out, recorded and for an exponent; 2N check."""
+    """Values a diagram; revolutions left out, recorded, and for an exponent; check at 2N steps."""
 
     values: int = 400
     transient: int = 1000
@@ -76,7 +76,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Diagram:
-    """One survey: a parameter swept in SI, or a few values of it, everything else held.
+    """One survey: a parameter swept in SI, or a few values of it, everything else fixed.
 
     `over` is speed_rad_s, load_factor or a field of RotorParameters.
     """

@@ -34,7 +34,7 @@ Fig. 7 reaches 4.62 in a portrait whose last tick is 4.6 of a span of 0.6."""
 TICK_FILL = 0.5
 """Least part of the ticks that a curve fills. Axes fitted to a curve end at the first tick beyond
 it, with steps of 1, 2 or 5 times a power of ten: for a curve that fills less than half of the axis
-the next finer step, half or two fifths as wide, had given a narrower one."""
+the next finer step, half or two fifths as wide, would have given a narrower one."""
 
 TICK_OVERLAP = 0.1
 """Least common part of two ranges, over their union, that counts as partly the same."""
@@ -57,11 +57,11 @@ JUMP, STEP = 0.1, 0.05
 jump or a step, over the range of the diagram: a smooth curve changes by about one 400th."""
 
 OUTSTANDING = 5.0
-"""A jump is also this many times the median change between neighbours: chaos changes always."""
+"""A jump is also this many times the median change between neighbours: chaos always changes."""
 
 NOISE = 3.0
-"""Sweeps differ where they are farther apart than this many times the two halves of the section
-of either: that distance is what so few points of one motion leave open."""
+"""Sweeps differ if their distance is more than this many times that between the two halves of
+either one's section, which is the uncertainty of so few points."""
 
 GROWS = 2.0
 """Least factor from the first to the last value of an amplitude that grows with a parameter."""
@@ -81,7 +81,7 @@ TICKS_RULE = (
 
 
 class Judgement(NamedTuple):
-    """What a rule found: the verdict, one sentence with the numbers, and the numbers."""
+    """Result of a rule: the verdict, one sentence with the numbers, and the numbers."""
 
     verdict: str
     why: str
@@ -232,7 +232,7 @@ def _evidence(survey: Survey, row: int) -> str:
 
 
 def one_motion(survey: Survey, wanted: str) -> Judgement:
-    """Judge the label of a single point; a motion that is regular in another way is partly it."""
+    """Judge the label of a single point; a motion that is regular in another way agrees partly."""
     label, exponent = str(survey.label[0]), float(survey.exponent[0])
     regular = label in {'periodic', 'quasi-periodic'} and wanted != 'chaotic'
     because = f' ({survey.reason[0]})' if survey.reason[0] else ''
@@ -245,7 +245,7 @@ def jumps(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
     """Judge whether the orbit diagram `z` (n, m) over x jumps, or its two sweeps differ.
 
     Two sections differ by the mean distance of their sorted points (Wasserstein), here over the
-    range of the whole diagram. The sweeps differ where they do so beyond their own noise, at two
+    range of the whole diagram. The sweeps differ if their distance exceeds their own noise at two
     neighbouring values.
     """
     good = np.isfinite(z).all(axis=1)
@@ -275,7 +275,7 @@ def no_jump(z: FloatArray, x: FloatArray, sweeps: Sweeps | None) -> Judgement:
     apart = found.value['largest_hysteresis'] if sweeps is not None else 0.0
     step = found.value['largest_step']
     if np.isfinite(step) and not found.value['outstanding']:
-        step = 0.0  # chaos changes always
+        step = 0.0  # chaos always changes
     verdict = graded(step < STEP and apart < STEP, step < JUMP and apart < JUMP)
     return Judgement(verdict, found.why, found.value)
 
@@ -300,7 +300,7 @@ def _difference(apart: float, where: float) -> str:
 
 
 def _hysteresis(sweeps: Sweeps | None) -> tuple[float, float]:
-    """Return the largest distance that both of two neighbouring values have, and the first.
+    """Return the largest distance that two neighbouring values both reach, and the first value.
 
     A distance is over the range of both sweeps, 0 where it is within `NOISE` or not finite.
     """

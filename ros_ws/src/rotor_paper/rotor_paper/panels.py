@@ -40,7 +40,7 @@ UP, DOWN = '#8fbfe0', '#f0b98d'
 """Light colours of the up- and the down-sweep behind the fixed start."""
 
 NAIVE = '#9a7fb5'
-"""Colour of the exponents of a tangent that does not jump where f does."""
+"""Colour of the exponents without saltation: the tangent does not jump where f does."""
 
 
 def variant_title(variant: str) -> str:
@@ -104,7 +104,7 @@ def _legend(axes: Any) -> int:
 
 
 def save(canvas: Canvas, folder: Path, name: str) -> None:
-    """Write a picture as PNG and as SVG; in the latter, what has many points is an image."""
+    """Write a picture as PNG and as SVG; in the SVG, curves and points are an image."""
     for axes in canvas.axes:
         for artist in (*axes.lines, *axes.collections):
             artist.set_rasterized(True)

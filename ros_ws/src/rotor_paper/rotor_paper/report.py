@@ -244,7 +244,7 @@ def settings_text(settings: Mapping[str, Any]) -> str:
 
 
 def cache_text(content: Mapping[str, Any]) -> str:
-    """Return what has to be said about the wall time when the cache was not empty."""
+    """Return a remark on the wall time if the cache was not empty, else ''."""
     return ', with results of an earlier run' if content['results_in_cache_before'] else ''
 
 
@@ -292,7 +292,7 @@ def _figure(number: int, content: Mapping[str, Any]) -> str:
 
 
 def caption(row: Mapping[str, Any], variants: Mapping[str, str]) -> str:
-    """Return what a picture's points came to and, unless they were cached, what they cost."""
+    """Return the counts of a picture's points and, unless they were cached, their time."""
     unconverged = (
         'convergence not checked'
         if row['unconverged'] is None

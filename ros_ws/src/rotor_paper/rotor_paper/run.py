@@ -46,9 +46,9 @@ DIRECTIONS: tuple[Literal['up'], Literal['down']] = ('up', 'down')
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of one variant: its files and what its points came to.
+    """A figure of one variant: its files and the counts of its points.
 
-    `compute_s` is None where any of its results came from the cache.
+    `compute_s` is None if any of its results came from the cache.
     """
 
     figure: int
@@ -72,7 +72,7 @@ class Reproduction:
 
 
 class _CountingCache(ResultCache):
-    """A cache that counts the results found in it, so that a caption does not time them."""
+    """A cache that counts the results found in it, so that a caption does not give their time."""
 
     found = 0
 
@@ -142,7 +142,7 @@ def make(
 
 
 def _groups(chosen: Sequence[Figure], judged: Iterable[Claim]) -> list[list[Figure]]:
-    """Return together the figures that show the same diagrams or that one claim compares."""
+    """Group the figures that show the same diagrams or that one claim compares."""
     groups = [[figure] for figure in chosen]
     shown = [set(figure.diagrams) for figure in chosen]
     for keys in (*shown, *(set(claim.needs) for claim in judged)):
@@ -215,7 +215,7 @@ def _sweeps(continued: Sequence[Diagram], variant: str, work: _Work) -> dict[str
     if known is None:
         found = continuation(sweeps, values, plan)
         known = {'Z': np.array([one.z / one.length_scale_m[:, None] for one in found])}
-    with interrupt.held():  # what is kept is counted
+    with interrupt.held():  # an interrupt must not fall between storing and counting
         if kept is None:
             work.cache.store(key, known)
         work.tick(len(sweeps) * values.size)

@@ -19,13 +19,13 @@ from rotor_paper.judging import AGREES, DOES_NOT, PARTLY
 from rotor_paper.report import cache_text, caption, settings_text
 
 WIDTH = 1100
-"""Width of one variant's picture in pixels; two stand side by side."""
+"""Width of one variant's picture in pixels; two are side by side."""
 
 COLOURS = 96
 """Colours of a picture: enough for plots, and a quarter of the bytes."""
 
 POINTS = {AGREES: 2, PARTLY: 1, DOES_NOT: 0}
-"""What a verdict counts where variants are compared."""
+"""Points of a verdict when variants are compared."""
 
 HEAD = """# Validation against the paper
 

@@ -108,7 +108,7 @@ def open_file(path: Path, folder: Callable[[], Path], note: Note) -> McapFile | 
 
 
 def _unpacked(path: Path, compression: str, folder: Callable[[], Path], note: Note) -> Path:
-    """Unpack a file as far as it goes; return the new file."""
+    """Unpack a file as far as it is whole; return the new file."""
     reader: Any
     try:
         target = folder() / _PACKED_SUFFIX.sub('', path.name)
@@ -132,7 +132,7 @@ def _unpacked(path: Path, compression: str, folder: Callable[[], Path], note: No
 
 
 def _metadata(path: Path, note: Note) -> dict[str, Any]:
-    """Return what metadata.yaml says of the bag; empty without a usable one."""
+    """Return the content of metadata.yaml; empty without a usable file."""
     if not path.is_file():
         return {}
     try:
@@ -156,7 +156,7 @@ def _listed(information: dict[str, Any], note: Note) -> list[str]:
 
 
 def _check_compression(path: Path, information: dict[str, Any]) -> None:
-    """Raise for messages that nobody here can unpack; files are known by their first bytes."""
+    """Raise for messages in an unknown compression; that of files is known by their first bytes."""
     mode, name = (str(information.get(f'compression_{k}') or '') for k in ('mode', 'format'))
     if mode.upper() == 'MESSAGE' and name not in ('zstd', 'lz4'):
         raise RecordingInputError(
@@ -166,9 +166,9 @@ def _check_compression(path: Path, information: dict[str, Any]) -> None:
 
 
 def _of_one_kind(files: list[Path]) -> list[Path]:
-    """Return the MCAP files, else the SQLite files, of a folder; of each the unpacked one.
+    """Return the MCAP files of a folder, else its SQLite files; none whose unpacked copy is there.
 
-    Beside each other they are copies: what somebody has converted or unpacked.
+    Files of both kinds, or packed and unpacked ones, are copies of each other.
     """
     chosen = [file for file in files if '.mcap' in file.suffixes] or files
     names = {file.name for file in chosen}

@@ -18,15 +18,15 @@ from rotor_recording.mcap_walk import Connection, Segment
 MAGIC = b'SQLite format 3\0'
 
 _WHOLE = "typeof(timestamp) = 'integer' AND timestamp >= 0 AND typeof(data) = 'blob'"
-"""SQLite keeps a cell of any type in any column."""
+"""Condition for a valid row: SQLite keeps a cell of any type in any column."""
 
-# no word of these is the file's
+# fixed text: nothing in it comes from the file
 _BROKEN = f'SELECT count(*) FROM messages WHERE NOT ({_WHOLE})'  # noqa: S608
 _EXTENTS = 'SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages'
 
 
 class Db3File:
-    """A `.db3` file, offered as McapFile offers an `.mcap` file; its one segment is streamed.
+    """A `.db3` file with the interface of McapFile; its one segment is streamed.
 
     Raises:
         RecordingInputError: not readable, or not a bag.
@@ -64,13 +64,13 @@ class Db3File:
         journal = path.with_name(f'{path.name}-wal')
         if journal.is_file() and journal.stat().st_size:
             self.damage.append(
-                f'{path.name}: its recorder was killed, and what still stands in {journal.name} is '
+                f'{path.name}: its recorder was killed, and what is still in {journal.name} is '
                 'left out'
             )
 
     @contextlib.contextmanager
     def _opened(self) -> Iterator[sqlite3.Connection]:
-        """Open the file, which is not changed; nothing but its tables is believed."""
+        """Open the file read-only; nothing but its tables is trusted."""
         uri = f'{self.path.resolve().as_uri()}?immutable=1'
         with contextlib.closing(sqlite3.connect(uri, uri=True)) as bag:
             bag.text_factory = _text
@@ -78,7 +78,7 @@ class Db3File:
             try:
                 bag.execute('PRAGMA trusted_schema = OFF')
                 yield bag
-            except UnicodeDecodeError:  # of the words in which SQLite tells what is wrong
+            except UnicodeDecodeError:  # in SQLite's own error message
                 raise sqlite3.DatabaseError('its list of tables is damaged') from None
 
     def _read_topics(self, bag: sqlite3.Connection) -> None:
@@ -120,10 +120,10 @@ class Db3File:
             self._leave_out(f'{left_out} topics have no number or no name and are left out')
 
     def _survey(self, bag: sqlite3.Connection) -> None:
-        """Count the messages of each topic, and what is none."""
+        """Count the messages of each topic, and the rows that are no messages."""
         homeless = 0
         (broken,) = bag.execute(_BROKEN).fetchone()
-        # the condition would have SQLite sort all data with the topics, so only where it must be
+        # the condition makes SQLite sort all data by topic, so it is used only where needed
         condition = f'WHERE {_WHOLE}' if broken else ''
         for topic, count, *extent in bag.execute(f'{_EXTENTS} {condition} GROUP BY topic_id'):
             if topic in self.connections:
@@ -142,7 +142,7 @@ class Db3File:
             self.lost_messages += broken + homeless
 
     def definition(self, channel_id: int) -> tuple[tuple[str, str, bytes], dict[str, str]]:
-        """Return name, encoding and text of a topic's type, and what MCAP keeps of a channel."""
+        """Return name, encoding and text of a topic's type, and the metadata of an MCAP channel."""
         connection = self.connections[channel_id]
         encoding, text, type_hash = self._definitions[channel_id]
         metadata = {'offered_qos_profiles': connection.qos_profiles, 'topic_type_hash': type_hash}
@@ -165,8 +165,8 @@ class Db3File:
     def times(self, segment: Segment, channels: Collection[int], hole_ns: int) -> list[int]:
         """Return sorted log times of messages on these channels, in ns, by the index of times.
 
-        They are not all, but the ends of every step longer than `hole_ns` are among them: of the
-        messages within so long after one of them, the last comes next.
+        Not all are returned, but both ends of every gap longer than `hole_ns` are among them: a
+        time is followed by the last one within `hole_ns` after it, or else by the next one.
         """
         wanted = f'topic_id IN ({", ".join(str(int(n)) for n in channels)}) AND {_WHOLE}'
         found: list[int] = []
@@ -207,7 +207,7 @@ class Db3File:
         try:
             with self._opened() as bag:
                 for channel in channels & self._extents.keys():
-                    # a latched topic has few messages: what is known of it saves the search
+                    # a latched topic has few messages: its first and last time narrow the search
                     first_ns, last_ns = self._extents[channel]
                     limits = (last_ns if last_ns < time_ns else first_ns, min(last_ns, time_ns - 1))
                     for at_ns, data in bag.execute(query, (channel, *limits)):
@@ -228,7 +228,7 @@ class Db3File:
 
 
 def _index_of_times(bag: sqlite3.Connection) -> str:
-    """Return the words that have SQLite use the index of all times; none where the bag has none."""
+    """Return the SQL clause that uses the index of all times, '' if the bag has none."""
     for _, name, _, _, is_partial in bag.execute('PRAGMA index_list(messages)'):
         quoted = '"' + name.replace('"', '""') + '"'
         columns = bag.execute(f'PRAGMA index_info({quoted})').fetchall()
@@ -244,7 +244,7 @@ def _text(content: bytes) -> str:
 def _definition(
     kind: str, type_hash: str, types: dict[str, tuple[str, str]]
 ) -> tuple[str, str, str]:
-    """Return encoding, text and hash of a type: of the bag, else of the contract, else empty."""
+    """Return encoding, text and hash of a type: from the bag, else the contract, else empty."""
     encoding, text = types.get(kind, ('ros2msg', ''))
     with contextlib.suppress(KeyError, ValueError, TypesysError):
         if not text:

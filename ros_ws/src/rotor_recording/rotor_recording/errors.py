@@ -14,4 +14,4 @@ class RecordingInputError(RecordingError, ValueError):
 
 
 class ImportFileError(RigError, ValueError):
-    """A file of another machine, or an option of its import, that does not serve."""
+    """A file of another machine, or an option of its import, that cannot be used."""

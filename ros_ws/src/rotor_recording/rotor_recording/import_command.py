@@ -29,7 +29,7 @@ def import_recording(
         typer.Option(
             metavar='[NAME=]UNIT',
             help='Unit of the columns, or of one: m/s^2, mm/s^2, g, m, mm, um, in, mil, or '
-            'the number of m/s^2 or m that 1 of the file is.',
+            "the size of the file's unit in m/s^2 or m.",
         ),
     ] = None,
     rate_hz: Annotated[float | None, typer.Option(help='Sample rate, a whole number.')] = None,
@@ -57,7 +57,7 @@ def import_recording(
     ] = '',
     as_json: JsonOption = False,
 ) -> None:
-    """Turn a recording of a real machine into one of the rig's.
+    """Convert a recording of a real machine to a recording of the rig.
 
     Example: rotor-rig import run.csv --channel brg1_ay=2 --unit g --rate-hz 12000 --out run.mcap
     """

@@ -35,8 +35,8 @@ class McapFile(McapWalk):
     `damage` holds one sentence for each thing lost; it can grow while segments are read.
     `counts` (messages by channel), `start_ns` and `end_ns` come from the summary of a whole
     file, else from the indices of the messages or the messages themselves. `is_indexed` says that
-    a checksum vouches for the `channels` of all segments. `lost_bytes`, and `lost_messages` (None:
-    nobody knows), are what was left out so far.
+    a checksum covers the `channels` of all segments. `lost_bytes` and `lost_messages` (None:
+    unknown) count what was left out so far.
 
     Raises:
         RecordingInputError: not readable, not MCAP, or damaged with no whole message left.
@@ -60,7 +60,7 @@ class McapFile(McapWalk):
 
     @property
     def connections(self) -> dict[int, Connection]:
-        """What is known of each channel."""
+        """Topic, type, encoding and QoS of each channel."""
         return {
             number: Connection(
                 channel.topic,
@@ -81,7 +81,7 @@ class McapFile(McapWalk):
     def ordered(self, segment: Segment, begin_ns: int = -1) -> Iterator[StoredMessage]:  # noqa: ARG002
         """Yield the messages of a segment by log time, and in file order where it is equal.
 
-        `begin_ns` is for the caller to hold to: a segment is read as a whole.
+        `begin_ns` has no effect, so the caller must filter: a segment is read as a whole.
         """
         messages = deque(sorted(self.read(segment), key=lambda message: message.log_time_ns))
         while messages:
@@ -90,7 +90,7 @@ class McapFile(McapWalk):
     def times(self, segment: Segment, channels: Collection[int], hole_ns: int) -> list[int]:  # noqa: ARG002 - a segment is read whole
         """Return sorted log times of a segment's messages on these channels, in ns.
 
-        The ends of every step longer than `hole_ns` are among them.
+        All are returned, so both ends of every gap longer than `hole_ns` are among them.
         """
         return sorted(m.log_time_ns for m in self.read(segment) if m.channel_id in channels)
 
@@ -105,7 +105,7 @@ class McapFile(McapWalk):
         ]
 
     def read(self, segment: Segment) -> list[StoredMessage]:
-        """Return the messages of a segment in file order; empty, with a sentence, if damaged."""
+        """Return the messages of a segment in file order; empty, and noted, if it is damaged."""
         if segment in self.unread:
             return []
         try:
@@ -179,7 +179,7 @@ class McapFile(McapWalk):
             return False
         if sum(known.channel_message_counts.values()) != known.message_count:
             return False
-        # a chunk or message that the walk passed by: its opcode or a length before it is damaged
+        # the walk missed a chunk or message: its opcode or a length before it is damaged
         chunks = sum(segment.is_chunk for segment in self.segments)
         if known.chunk_count != chunks or (self._loose and self._loose != known.message_count):
             return False
@@ -192,7 +192,7 @@ class McapFile(McapWalk):
             self.start_ns, self.end_ns = known.message_start_time, known.message_end_time
 
     def _survey(self) -> None:
-        """Count without a summary, reading what is not indexed or may define a channel.
+        """Count without a summary; read segments that have no index or may define a channel.
 
         Only a definition in a chunk has a checksum.
         """
@@ -222,8 +222,8 @@ class McapFile(McapWalk):
         self.end_ns = max((ranges[i][1] for i in self.counts), default=None)
         for channel_id, count in sorted(unknown.items()):
             self._note(
-                f'{count} messages of channel {channel_id} are left out, since what defines the '
-                'channel is missing or damaged'
+                f'{count} messages of channel {channel_id} are left out, since the definition of '
+                'the channel is missing or damaged'
             )
         announced = self._statistics.message_count if self._statistics else 0
         if announced > self.counts.total():

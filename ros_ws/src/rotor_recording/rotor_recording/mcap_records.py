@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parse MCAP records with the `mcap` library, without trusting any length in them.
 
-By hand is what the library does not do: tell a record that is cut, and bound what is unpacked.
+Code of our own does what the library does not: detect a cut record, and limit the unpacked size.
 """
 
 import io
@@ -31,7 +31,7 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 MAX_BYTES = 128 * 2**20
-"""No chunk, packed or unpacked, and no other record is read beyond this; usual are 1 to 4 MiB."""
+"""Largest chunk, packed or unpacked, and largest record that is read; usual are 1 to 4 MiB."""
 
 RECORD = struct.Struct('<BQ')  # opcode, length of the content
 MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
@@ -57,11 +57,11 @@ DESCRIBING: dict[int, type[Description]] = {
 """The records that describe a file and are small, by opcode."""
 
 _PACKED = {b'\x28\xb5\x2f\xfd': 'zstd', b'\x04\x22\x4d\x18': 'lz4'}
-"""What compressed data begin with; CDR begins with a zero byte."""
+"""First bytes of compressed data; CDR begins with a zero byte."""
 
 
 class StoredMessage(NamedTuple):
-    """One message as it stands in the file; times in ns."""
+    """One message as it is in the file; times in ns."""
 
     channel_id: int
     log_time_ns: int
@@ -71,9 +71,9 @@ class StoredMessage(NamedTuple):
 
 
 class MessageIndices:
-    """What the message indices after one chunk say of it.
+    """Message counts and times of one chunk, from the message indices after it.
 
-    By hand: with the library a killed recording takes 1.7 times as long to open.
+    Parsed without the library: with it a killed recording takes 1.7 times as long to open.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class MessageIndices:
         self.is_sound = True
 
     def take(self, content: bytes) -> None:
-        """Take the next one: channel, then log time and place of each message."""
+        """Take the next index: channel, then log time and offset of each message."""
         entries, rest = divmod(len(content) - MESSAGE_INDEX.size, ENTRY.size)
         if entries < 1 or rest:
             self.is_sound = self.is_sound and len(content) == MESSAGE_INDEX.size
@@ -95,12 +95,12 @@ class MessageIndices:
         self.end_ns = max(self.end_ns, *times)
 
     def fits(self, start_ns: int, end_ns: int) -> bool:
-        """Say whether they agree with the head of the chunk: neither has a checksum."""
+        """Say whether the indices agree with the head of the chunk: neither has a checksum."""
         return self.is_sound and (self.start_ns, self.end_ns) == (start_ns, end_ns)
 
 
 class DamageError(Exception):
-    """What is wrong with a piece of the file, as the part of a sentence."""
+    """A piece of the file is damaged; the text is part of a sentence."""
 
 
 def parse(opcode: int, content: bytes) -> Description | None:
@@ -117,8 +117,8 @@ def parse(opcode: int, content: bytes) -> Description | None:
 def records(content: bytes) -> Iterator[tuple[int, bytes]]:
     """Yield opcode and content of the records in a piece; raises DamageError where one is cut.
 
-    By hand, as are the heads of messages: the library takes a cut record for a whole one, and
-    its stream reader a third more time for all that is done to read a recording.
+    Parsed without the library, as are the heads of messages: the library accepts a cut record,
+    and with its stream reader it takes a third longer to read a recording.
     """
     position = 0
     while position < len(content):
@@ -141,7 +141,7 @@ def message(content: bytes) -> StoredMessage:
 
 
 def summary_of(file: BinaryIO, size: int) -> tuple[Footer, bytes] | None:
-    """Return the footer of a file of `size` bytes and the summary before it, None without."""
+    """Return the footer of a file of `size` bytes and the summary before it, None if not there."""
     footer_at = size - FOOTER_BYTES - len(MCAP0_MAGIC)
     file.seek(max(footer_at, 0))
     content = file.read(FOOTER_BYTES)
@@ -214,7 +214,7 @@ def _decompress(name: str, packed: bytes, claimed: int) -> bytes:
 
 def _unpack_lz4(packed: bytes, claimed: int) -> bytes:
     unpacker = lz4.frame.LZ4FrameDecompressor()
-    # in pieces: max_length is allocated at once, however little comes
+    # in pieces: max_length is allocated at once, however small the result
     pieces: list[bytes] = [unpacker.decompress(packed, max_length=_PIECE_BYTES)]
     size = len(pieces[0])
     while not unpacker.eof and not unpacker.needs_input and size <= claimed:

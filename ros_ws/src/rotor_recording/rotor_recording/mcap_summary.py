@@ -27,9 +27,9 @@ _CHUNK_HEAD = struct.Struct('<BQQQ')  # opcode, length of the content, first and
 
 @dataclass
 class Summary:
-    """What a file holds, without a look at its messages: chunks in file order, metadata by name.
+    """Structure of a file without its messages: chunks in file order, metadata by name.
 
-    `counted` gives the number of messages of the chunk at an offset.
+    `counted` maps the offset of a chunk to its number of messages.
     """
 
     statistics: Statistics | None = None
@@ -41,10 +41,10 @@ class Summary:
 
 
 def read_summary(file: BinaryIO, size: int) -> Summary | None:
-    """Return the summary of a file of `size` bytes, None where it has to be walked through.
+    """Return the summary of a file of `size` bytes, None where the file must be scanned instead.
 
-    Every message must stand in a chunk, and every chunk in the index: what the summary says of
-    itself has a checksum, the head of each chunk must agree, and the counts must add up.
+    Every message must be in a chunk, and every chunk in the index: the checksum of the summary
+    must fit, the head of each chunk must agree with it, and the counts must add up.
     """
     footer, content = summary_of(file, size) or (None, b'')
     if footer is None or not footer.summary_crc:
@@ -118,4 +118,4 @@ def _is_complete(summary: Summary) -> bool:
 
 def _require(is_so: bool) -> None:
     if not is_so:
-        raise DamageError('the summary does not hold')
+        raise DamageError('the summary contradicts the file')

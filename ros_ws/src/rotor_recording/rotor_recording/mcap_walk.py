@@ -36,7 +36,7 @@ RUN_BYTES = 2**20
 class Segment(NamedTuple):
     """A chunk, or a run of messages outside of chunks; the times are log times in ns.
 
-    `channels` are those of its messages, None where only reading it would tell.
+    `channels` are those of its messages, None if they are unknown until it is read.
     """
 
     start_ns: int
@@ -57,10 +57,10 @@ class Connection(NamedTuple):
 
 
 class McapWalk:
-    """What a walk through a file finds; `McapFile` says what it means.
+    """Structure of a file as found by a scan; `McapFile` interprets it.
 
-    The heads of records are read by hand: the library would read every chunk of a killed
-    recording as it is opened, and cannot go on after damage.
+    The heads of records are read without the library, which would read every chunk of a killed
+    recording when it is opened, and cannot go on after damage.
     """
 
     def __init__(self, path: Path) -> None:
@@ -122,7 +122,7 @@ class McapWalk:
         self._check_end(file, position, size)
 
     def _take(self, file: BinaryIO, opcode: int, position: int, length: int) -> None:
-        """Note one record, whose content is the next `length` bytes of the file."""
+        """Take one record, whose content is the next `length` bytes of the file."""
         if self._is_data_over and opcode in (Opcode.CHUNK, Opcode.MESSAGE):
             self._note(f'the record at byte {position} does not belong there, ignored')
         elif opcode == Opcode.CHUNK:
@@ -147,7 +147,7 @@ class McapWalk:
             self._take_description(file, self._described(opcode, file.read(length)), position)
 
     def _described(self, opcode: int, content: bytes) -> Description | None:
-        """Read a record that describes the file, and keep a definition."""
+        """Return a parsed record that describes the file; store a definition."""
         record = parse(opcode, content)
         if record is None:
             self._note(f'a {DESCRIBING[opcode].__name__} record is damaged and ignored')
@@ -205,9 +205,9 @@ class McapWalk:
             )
 
     def _drop_loose_messages(self) -> None:
-        """Believe messages between chunks only if a checksum vouches for them.
+        """Keep messages between chunks only if a checksum covers them.
 
-        Writers use chunks for all messages or for none; beside chunks, a message is most likely
+        Writers use chunks for all messages or for none; between chunks, a message is most likely
         another record with a damaged opcode.
         """
         chunks = [segment for segment in self.segments if segment.is_chunk]
@@ -231,10 +231,10 @@ class McapWalk:
 
 
 def _known_places(file: BinaryIO, size: int) -> list[int]:
-    """Return where the summary says that chunks, and the summary itself, begin, in file order.
+    """Return the offsets of the summary and of the chunks that it lists, in file order.
 
-    Only a place to go on from when the records before it are damaged: nothing else is taken
-    from there. Empty without a readable summary.
+    The scan resumes there after damaged records; nothing else is taken from the list. Empty
+    without a readable summary.
     """
     footer, content = summary_of(file, size) or (None, b'')
     if footer is None:
@@ -246,5 +246,5 @@ def _known_places(file: BinaryIO, size: int) -> list[int]:
             if isinstance(index, ChunkIndex) and index.chunk_start_offset < footer.summary_start:
                 places.add(index.chunk_start_offset)
     except DamageError:
-        pass  # the places found so far still help
+        pass  # the offsets found so far still help
     return sorted(places)

@@ -80,7 +80,7 @@ class Recording:
             )
 
     def _folder(self) -> Path:
-        """Return the folder for unpacked files, which goes when the recording goes."""
+        """Return the folder for unpacked files, which is removed with this object."""
         if self._unpacked is None:
             own = OwnFolder('bag-')
             self._unpacked = own.path
@@ -127,7 +127,7 @@ class Recording:
     def topics(self) -> dict[str, Connection]:
         """Return the topics by full name, in the order of their definition.
 
-        A topic that was recorded with several types or encodings is the one of the contract, or
+        Of a topic with several types or encodings, the one of the contract is returned, or else
         that of the most messages.
         """
         found: dict[str, Counter[Connection]] = {}
@@ -176,8 +176,8 @@ class Recording:
     ) -> Iterator[RecordedMessage]:
         """Yield messages by log time, and in file order where log times are equal.
 
-        Messages that a recorder has compressed are unpacked; what cannot be unpacked, or has
-        not the type of its topic, is left out and counted.
+        Messages that a recorder has compressed are unpacked; those that cannot be unpacked, or do
+        not have the type of their topic, are left out and counted.
 
         Args:
             topics: full names of the topics wanted; None = all.
@@ -251,7 +251,7 @@ class Recording:
         From the metadata of our recorder, else from the last message on `rotor/config`, which
         any other recorder has kept as well; it holds every change made while the run went on.
         """
-        # beside several rigs, it is not known whose record this is
+        # with several rigs, it is not known whose record this is
         files = self._files if len(self._waveforms(self.topics())) < 2 else []
         for file in files:
             record = file.metadata.get(CONFIG_RECORD)
@@ -380,7 +380,7 @@ def _of_one_rig(
 
 
 def _preference(counts: Counter[Connection]) -> Callable[[Connection], tuple[bool, int]]:
-    """Return how much one of the types of a topic is preferred."""
+    """Return the sorting key by which one of a topic's types is preferred."""
     contract = {(f'/{topic.name.lstrip("/")}', topic.type) for topic in topics.TOPICS}
 
     def preference(known: Connection) -> tuple[bool, int]:
@@ -391,7 +391,7 @@ def _preference(counts: Counter[Connection]) -> Callable[[Connection], tuple[boo
 
 
 def _usable(data: bytes, connection: Connection, known: Connection) -> bytes:
-    """Return a message as on the wire; raises DamageError if it is not one of its topic."""
+    """Return a message as on the wire; raises DamageError if it has not its topic's type."""
     if (connection.type, connection.encoding) != (known.type, known.encoding):
         raise DamageError(
             f'of {connection.type} as {connection.encoding}, where the topic is {known.type} as '

@@ -56,17 +56,17 @@ class RecorderNode(Node):  # type: ignore[misc]
         return self._run.subscription(topic, callback, raw=True)
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        # a run has one simulator, of which every block follows the one before
+        # a run has one simulator, and each of its blocks follows the one before
         is_of_run = topic is topics.WAVEFORM and bool(self._run.run_id)
         is_alone = not is_of_run and self._inputs[topic].get_publisher_count() <= 1
         stamp_ns = self._stream.take(topic, data, time.time_ns(), is_alone=is_alone)
-        # here too: a flood of messages must not keep the timer from its turn
+        # here too: a flood of messages could keep the timer from firing
         self._writer.flush_if_due()
         if topic is topics.WAVEFORM and stamp_ns:
             self._progress.report(stamp_ns)
 
     def _report_ready(self) -> None:
-        # count_publishers would not do: it knows of publishers that do not reach us yet
+        # not count_publishers: it includes publishers that do not reach us yet
         if all(expected.get_publisher_count() for expected in self._expected):
             self._ready_timer.cancel()
             self._progress.report(0)
@@ -84,7 +84,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         self._diagnostics.publish(status, inside=not self._has_begun())
 
     def _has_begun(self) -> bool:
-        """Say whether the run has begun; a recorder of no run records whatever comes."""
+        """Say whether the run has begun; a recorder outside a run records everything."""
         return bool(self._stream.time_ns) or not self._run.run_id
 
     def is_done(self) -> bool:
@@ -94,7 +94,7 @@ class RecorderNode(Node):  # type: ignore[misc]
     def finish(self) -> None:
         """Report a last time and finalise the recording; raises RecordingError.
 
-        Of a run that never began there is nothing to keep.
+        The recording of a run that never began is removed.
         """
         if not self._has_begun():
             self._writer.discard()

@@ -24,7 +24,7 @@ from rotor_recording.errors import RecordingError
 from rotor_recording.reading import ACTIVE_SUFFIX, CONFIG_RECORD, config_record
 
 FLUSH_PERIOD_S = 0.2
-"""A killed recorder may lose a quarter of a second; the rest is for the flush itself."""
+"""A killed recorder may lose 0.25 s; the difference is left for the flush itself."""
 
 CHUNK_BYTES = 2**20
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}  # how ROS 2 writes an infinite duration
@@ -33,8 +33,8 @@ _FOREVER = {'sec': 9223372036, 'nsec': 854775807}  # how ROS 2 writes an infinit
 class RecordingWriter:
     """Writes one recording: a folder that is a rosbag2 bag, or a single MCAP file.
 
-    Until `close` the file name ends in `.active`. The bytes follow from what is written and
-    where it is flushed; no clock is read into them.
+    Until `close` the file name ends in `.active`. The bytes depend only on what is written and
+    between which messages it is flushed, not on a clock.
 
     Args:
         path: the folder, new or empty; or the file, which must not exist.
@@ -160,10 +160,10 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Hand everything written so far to the system, and have it brought to the disk.
+        """Hand everything written so far to the system, and start to sync it to the disk.
 
-        A killed process loses nothing of it from here on; the disk follows in a thread of its
-        own, since it can take long. Raises RecordingError, also for an earlier flush.
+        A killed process loses nothing of it from here on; the sync has its own thread, since it
+        can take long. Raises RecordingError, also for an earlier flush.
         """
         if not self._is_open:
             return
@@ -215,7 +215,7 @@ class RecordingWriter:
         self._is_open = False
 
     def discard(self) -> None:
-        """Remove the recording and, where it was made for it, the folder; raises RecordingError."""
+        """Remove the recording, and its folder if it is then empty; raises RecordingError."""
         if not self._is_open:
             return
         self._is_open = False
@@ -236,10 +236,10 @@ class RecordingWriter:
         self.close()
 
     def _fail(self, error: OSError) -> NoReturn:
-        """Let go of the file as it is, so that nothing is written after the broken place."""
+        """Close the file as it is, so that nothing is written after the failed write."""
         self._is_open = False
         self._disk.shutdown()
-        with contextlib.suppress(OSError):  # its buffer cannot be written, as is being told
+        with contextlib.suppress(OSError):  # its buffer cannot be written either
             self._file.close()
         raise RecordingError(
             f'{self._active} cannot be written ({error.strerror}); the recording ends here and '

@@ -45,7 +45,7 @@ def recover(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a whole bag of what is whole in a damaged or unfinished recording.
+    """Make a whole bag from the intact messages of a damaged or unfinished recording.
 
     Example: rotor-rig recover recordings/flight/flight_0.mcap.active
     """

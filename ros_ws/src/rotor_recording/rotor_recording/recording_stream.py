@@ -31,7 +31,7 @@ def raw_stamp_ns(topic: Topic, data: bytes) -> int:
     """Return the stamp in ns with which the CDR bytes of a message begin, 0 without one.
 
     Every type of the contract but String begins with a header, a Header or a Time. A stamp
-    before 1970 is none.
+    before 1970 counts as none.
     """
     if topic.type == topics.CONFIG.type or len(data) < _STAMP_END:
         return 0
@@ -45,7 +45,7 @@ class SampleIndexReader:
     """Reads the absolute sample index out of raw waveform blocks.
 
     Blocks of one source differ only in stamp and rows, so the first one is decoded and the
-    others are read at the same place for as long as the bytes between stamp and rows agree.
+    others are read at the same offset as long as the bytes between stamp and rows agree.
     """
 
     def __init__(self) -> None:
@@ -103,10 +103,10 @@ class SampleIndexReader:
 
 
 def _rows_at(data: bytes, row_bytes: int) -> int:
-    """Return where the rows of a PointCloud2 begin, 0 if that is not certain.
+    """Return the offset of the rows of a PointCloud2, 0 if it is not certain.
 
     The message ends with the rows, one byte (is_dense), and up to 3 bytes with which DDS fills
-    the last 4; the length of the rows stands before them.
+    the last 4; the length of the rows comes before them.
     """
     for filled in range(4):
         rows_at = len(data) - filled - 1 - row_bytes
@@ -119,9 +119,9 @@ class RecordingStream:
     """Gives every message its log time, counts what is missing, and writes.
 
     Log time is simulation time: the message's own stamp or, where it has none, the newest
-    simulation time seen; such messages wait until there is one. What the rotor and the monitor
-    publish sets this time; the load, which is published ahead, does not, nor does what any node
-    may publish (PASSIVE). Of those a stamp far from the simulation time is none, and on
+    simulation time seen; such messages wait until there is one. The messages of the rotor and the
+    monitor set this time; the load, which is published ahead, and topics on which any node may
+    publish do not (PASSIVE). On these a stamp far from the simulation time is ignored, and on
     /diagnostics every stamp.
     """
 
@@ -146,7 +146,7 @@ class RecordingStream:
         """Write one message of `topics.TOPICS`; return its stamp in ns, 0 without one.
 
         Args:
-            topic: where it came.
+            topic: on which it came.
             data: its CDR bytes.
             publish_time_ns: wall time, ns.
             is_alone: whether this topic has one source; of several, blocks and configuration
@@ -175,7 +175,7 @@ class RecordingStream:
         return stamp_ns
 
     def finish(self) -> None:
-        """Write what still waits for a simulation time, by its wall time."""
+        """Write the messages that still wait for a simulation time, with their wall time."""
         self._release()
 
     def status(self) -> dict[str, Any]:
@@ -199,7 +199,7 @@ class RecordingStream:
         return 'samples or blocks lost' if lost else ''
 
     def _write(self, topic: Topic, data: bytes, publish_time_ns: int) -> None:
-        """Write a message by its log time; before there is a simulation time, by the wall's."""
+        """Write a message with its log time; before there is a simulation time, with wall time."""
         stamp_ns = raw_stamp_ns(topic, data)
         log_time_ns = self.time_ns or publish_time_ns
         if topic not in PASSIVE:
@@ -214,7 +214,7 @@ class RecordingStream:
             self._write(topic, data, publish_time_ns)
 
     def _check(self, data: bytes, *, is_alone: bool) -> bool:
-        """Take the sample index of a block; say no where it comes from another source."""
+        """Take the sample index of a block; return False if it comes from another source."""
         try:
             first, count = self._index.read(data)
             time = self._index.time
@@ -222,13 +222,13 @@ class RecordingStream:
             if is_ours:
                 self.continuity.check(first, count, time)
         except WireError:
-            # from the only source it is recorded as it came; the monitor says what is wrong
+            # the only source's block is recorded as it came; the monitor reports what is wrong
             self.refused_blocks += 1
             return is_alone
         return is_ours
 
     def _keep_config(self, data: bytes, *, is_alone: bool) -> bool:
-        """Keep the configuration in force; say no to that of another source."""
+        """Keep the current configuration; return False for that of another source."""
         if data == self._config:
             return True
         if self._config and not is_alone:

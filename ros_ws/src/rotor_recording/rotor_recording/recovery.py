@@ -67,9 +67,9 @@ class Samples:
 
 @dataclass(frozen=True)
 class Recovery:
-    """What was made: the bag, its messages by topic, what was lost, the samples by waveform.
+    """Result of a recovery: the bag, its messages by topic, the losses, the samples by waveform.
 
-    `lost_messages` is None where nobody knows how many there were.
+    `lost_messages` is None where the number is unknown.
     """
 
     bag: Path
@@ -95,24 +95,24 @@ class Recovery:
 
 
 def recovered_name(path: Path) -> Path:
-    """Return where the recovery of a recording goes: beside it, under a name of its own."""
+    """Return the default path of a recovered recording: NAME_recovered beside it."""
     path = path.absolute()
     name = path.name if path.is_dir() else path.name.split('.', maxsplit=1)[0]
     return path.with_name(f'{name}_recovered')
 
 
 def recover(path: Path, out: Path | None = None) -> Recovery:
-    """Write what is whole of a recording as a new bag: one MCAP file and its metadata.yaml.
+    """Write the intact messages of a recording as a new bag: one MCAP file and metadata.yaml.
 
-    Messages keep their bytes, times, order in the file and definitions. The bag is there under
-    its name when all of it is on the disk, or not at all.
+    Messages keep their bytes, times, order in the file and definitions. The bag gets its name only
+    when all of it is on the disk.
 
     Args:
         path: `.mcap.active`, `.mcap` or `.db3`, or the folder of a bag.
         out: folder to make; None: see `recovered_name`.
 
     Raises:
-        RecordingError: nothing there to recover, the name is taken, or the disk refuses.
+        RecordingError: there is nothing to recover, the name is taken, or it cannot be written.
 
     """
     out = (recovered_name(path) if out is None else out).absolute()
@@ -194,7 +194,7 @@ class _Copy:
             self.samples[connection.topic].take(message.data)
 
     def _register(self, file: BagFile, connection: Connection, channel_id: int) -> int:
-        """Define a channel once, as it was; that of another file of the bag is often the same."""
+        """Define a channel as it was, once for all files of the bag in which it is the same."""
         schema, metadata = file.definition(channel_id)
         self._topics.setdefault(connection.topic, (connection, metadata))
         if connection.type == topics.WAVEFORM.type and connection.topic.endswith(
@@ -212,7 +212,7 @@ class _Copy:
         return self._channels[key]
 
     def finish(self) -> None:
-        """Finalise the file and write metadata.yaml, all of it to the disk; raises OSError."""
+        """Finalise the file, write metadata.yaml, and sync both to the disk; raises OSError."""
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.flush()
         os.fsync(self._file.fileno())
@@ -247,7 +247,7 @@ class _Copy:
 
 
 def _profiles(text: str) -> list[dict[str, Any]]:
-    """Return QoS profiles as a list; empty where the text is none."""
+    """Return QoS profiles as a list; empty where the text holds none."""
     try:
         profiles = parse_yaml(text, foreign=True)
     except DataError:

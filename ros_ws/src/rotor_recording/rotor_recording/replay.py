@@ -27,7 +27,7 @@ DEFAULT_DEPTH = 256
 """Queue of a topic whose recorder did not know the publisher's (depth 0)."""
 
 HOLE_S = 10.0
-"""A stretch longer than this (recorded seconds) without a message to publish is stepped over."""
+"""A stretch longer than this (recorded seconds) without a message to publish is skipped."""
 
 _NEVER = (topics.CLOCK, topics.PROGRESS)
 _NOT_BY_DEFAULT = (*_NEVER, topics.DIAGNOSTICS)
@@ -63,7 +63,7 @@ class ReplaySchedule:
         self._started_s = now_s
 
     def late_s(self, time_ns: int, now_s: float) -> float:
-        """Return how much later than due it is, in s of wall time; negative before."""
+        """Return how late `time_ns` is played now, in s of wall time; negative if it is early."""
         ahead_s = (time_ns - self._begin_ns) / (NANOSECONDS * self._rate)
         return now_s - self._started_s - ahead_s
 
@@ -79,12 +79,12 @@ class ReplaySchedule:
 def timed(
     messages: Iterable[RecordedMessage], begin_ns: int | None = None, holes: list[int] | None = None
 ) -> Iterator[tuple[int, RecordedMessage]]:
-    """Yield each message after its time in the replay, ns: its log time less holes and beginning.
+    """Yield (time in the replay in ns, message): its log time without the beginning and holes.
 
     Args:
         messages: by log time.
         begin_ns: log time at which the replay begins; None: at the first message.
-        holes: takes the length of each hole (HOLE_S) that is stepped over, in ns.
+        holes: receives the length of each hole (HOLE_S) that is skipped, in ns.
 
     """
     at_ns = 0
@@ -130,8 +130,8 @@ def begin_ns(recording: Recording, start_s: float, names: Collection[str] | None
 def selected(recording: Recording, names: tuple[str, ...]) -> dict[str, Connection]:
     """Return the topics to publish by full name.
 
-    All but /clock, which the replay makes itself, rig/progress, which would speak for consumers
-    that are not there, and /diagnostics, unless named. Topics that are not CDR are left out,
+    All but /clock, which the replay makes itself, rig/progress, which would report consumers that
+    do not run, and /diagnostics, unless named. Topics that are not CDR are left out,
     with a sentence in `recording.damage`, unless named.
 
     Raises:

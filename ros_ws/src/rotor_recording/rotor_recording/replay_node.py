@@ -48,7 +48,7 @@ CLOCK_PERIOD_S = 0.025
 """Where messages are rare, /clock comes this often (wall time), as rosbag2 publishes it."""
 
 LAST_SECOND = 2**31 - 1
-"""Of a ROS time."""
+"""Largest number of seconds in a ROS time."""
 
 LATE_S = 0.02
 
@@ -57,7 +57,7 @@ class ReplayNode(Node):  # type: ignore[misc]
     """Publishes the messages of a recording by log time.
 
     `published`, `late` (by more than LATE_S), `latest_s`, `shifts` of the schedule and the
-    `holes` of the last pass that were stepped over (ns) tell how it went; `unpublished` are the
+    `holes` of the last pass that were skipped (ns) tell how it went; `unpublished` are the
     topics whose type this machine does not know.
     """
 
@@ -86,7 +86,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         self._clock_ns = 0
         self._clock_s = 0.0
         self._ticked_ns = 0
-        """The last tick that was of a message."""
+        """Log time of the last message that was published on /clock."""
         self._is_done = False
         ros.timer(self, TICK_S, self._tick)
 
@@ -132,7 +132,7 @@ class ReplayNode(Node):  # type: ignore[misc]
             self._start()
 
     def _start(self) -> None:
-        """Begin a pass: first what a late subscriber would know, then the messages."""
+        """Begin a pass: first the last latched messages before its start, then all others."""
         self._clock_ns, self._ticked_ns = -1, -CLOCK_STEP_NS
         self._tick_clock(self._begin_ns, time.monotonic())
         self.holes.clear()
@@ -199,7 +199,7 @@ class ReplayNode(Node):  # type: ignore[misc]
             self._clock_output.publish(messages.clock(ROS, log_time_ns))
 
     def is_done(self) -> bool:
-        """Say whether the last message is out."""
+        """Say whether the last message has been published."""
         return self._is_done
 
     def finish(self) -> None:
@@ -222,12 +222,12 @@ class ReplayNode(Node):  # type: ignore[misc]
         return f'not published, since type or name cannot be used here: {listed}' if listed else ''
 
     def holes_text(self) -> str:
-        """Return a sentence about the holes that were stepped over; empty if there were none."""
+        """Return a sentence about the holes that were skipped; empty if there were none."""
         if not self.holes:
             return ''
         return (
-            f'stepped over what held no message to publish for more than {HOLE_S:g} s: '
-            f'{len(self.holes)} times, the longest {max(self.holes) / NANOSECONDS:.0f} s'
+            f'skipped stretches of more than {HOLE_S:g} s without a message to publish: '
+            f'{len(self.holes)}, the longest {max(self.holes) / NANOSECONDS:.0f} s'
         )
 
 

@@ -24,8 +24,8 @@ def ordered(
 ) -> Iterator[tuple[int, StoredMessage]]:
     """Yield (number of the file, message) by log time, from `begin_ns` on.
 
-    In memory are only the segments that overlap in time. A segment is passed over where a
-    checksum vouches that it holds nothing of the wanted channels; others may still come.
+    Only segments that overlap in time are in memory. A segment is skipped if an index with a
+    checksum says that it has none of the wanted channels; other channels may still be yielded.
     """
     segments: list[tuple[int, int, int, Segment]] = sorted(
         (segment.start_ns, number, segment.offset, segment)
@@ -102,10 +102,10 @@ def start_of_replay(
 
 
 class _Timeline:
-    """The time that a replay has, found from segment to segment.
+    """Time of a replay without holes, found segment by segment.
 
-    A segment says from when to when it has messages, and is read only where that leaves open
-    whether there is a hole.
+    The first and last time of a segment are known; it is read only if they leave open whether
+    there is a hole.
     """
 
     def __init__(self, files: Sequence[BagFile], wanted: Channels, hole_ns: int) -> None:
@@ -113,7 +113,7 @@ class _Timeline:
         self._wanted = wanted
         self._hole_ns = hole_ns
         self._order = itertools.count()  # tells equal times apart
-        # first and last possible message; the segment, None where these are messages
+        # first and last possible time; the segment, None if messages have these times
         self._coming: list[tuple[int, int, int, int, Segment | None]] = [
             (segment.start_ns, segment.end_ns, next(self._order), number, segment)
             for number, file in enumerate(files)
@@ -121,9 +121,9 @@ class _Timeline:
             if not _lacks(segment, wanted[number])
         ]
         heapq.heapify(self._coming)
-        self._passed: list[tuple[int, int, Segment]] = []  # unread; last possible message first
+        self._passed: list[tuple[int, int, Segment]] = []  # unread; last possible time comes first
         self._first_ns: int | None = None
-        self._reached_ns = 0  # there is a message then, or later in a segment that was passed
+        self._reached_ns = 0  # a message has this time, or a later one in a skipped segment
         self._holes_ns = 0
 
     @property
@@ -133,11 +133,11 @@ class _Timeline:
 
     @property
     def length_ns(self) -> int:
-        """Time up to a message that there is for certain, without holes; -1 before the first."""
+        """Time up to the last message known to exist, without holes; -1 before the first."""
         return -1 if self._first_ns is None else self._reached_ns - self.begin_ns
 
     def advance(self) -> bool:
-        """Take what comes next; say no at the end."""
+        """Take the next segment or run of messages; return False at the end."""
         if not self._coming and not self._look_back():
             return False
         if not self._coming:
@@ -157,7 +157,7 @@ class _Timeline:
         return True
 
     def _take(self, low: int, high: int, number: int, segment: Segment) -> None:
-        """Pass over a segment where it cannot matter when exactly its messages come."""
+        """Skip a segment if the exact times of its messages cannot matter."""
         is_known = self._first_ns is not None and high - low <= self._hole_ns
         if is_known and high - self._reached_ns <= self._hole_ns:
             self._passed.append((high, number, segment))
@@ -166,7 +166,7 @@ class _Timeline:
             self._read(number, segment)
 
     def _look_back(self) -> bool:
-        """Read what was passed and may hold a later message; say whether there was any."""
+        """Read skipped segments that may hold a later message; return whether there were any."""
         later = [item for item in self._passed if item[0] > self._reached_ns]
         self._passed.clear()
         for _, number, segment in later:
@@ -200,7 +200,7 @@ def _lacks(segment: Segment, wanted: frozenset[int] | set[int]) -> bool:
 def _push(
     waiting: list[_Head], number: int, offset: int, rest: Iterator[tuple[int, StoredMessage]]
 ) -> None:
-    """Let the next message of a segment wait for its turn."""
+    """Queue the next message of a segment."""
     for index, message in rest:
         heapq.heappush(waiting, (message.log_time_ns, number, offset, index, message, rest))
         return

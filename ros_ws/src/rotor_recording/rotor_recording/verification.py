@@ -29,12 +29,12 @@ from rotor_recording.recovery import Samples
 
 State = Literal['good', 'wrong', 'not checked']
 _STAMPED = (topics.WAVEFORM, topics.TRUTH_WAVEFORM)
-"""Of these each message is stamped later than the one before."""
+"""Topics on which each message is stamped later than the one before."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at: what, how it is, and in words what was found."""
+    """One check: its object, its state, and the result in words."""
 
     what: str
     state: State
@@ -46,7 +46,7 @@ class Check:
 
 
 def verify(path: Path) -> list[Check]:
-    """Return what is good, wrong and could not be checked of a recording; it is read once.
+    """Return the checks of a recording: good, wrong or not checked; it is read once.
 
     Raises:
         RecordingInputError: it cannot be read at all.
@@ -68,7 +68,7 @@ def is_good(checks: list[Check]) -> bool:
 
 
 def _structure(recording: Recording) -> Iterator[Check]:
-    """Check what holds the files together; the messages have been read by now."""
+    """Check the structure of the files; their messages must have been read before."""
     damage = recording.damage
     if damage:
         yield Check('structure', 'wrong', '; '.join(damage))
@@ -93,7 +93,7 @@ def _summary(file: McapFile) -> Check:
 
 
 def _checksums(file: McapFile) -> Check:
-    """Let the reader of the mcap library go through the file from its beginning to its end."""
+    """Check the whole file with the reader of the mcap library."""
     what = f'checksums of {file.path.name}'
     chunks = unchecked = 0
     has_data_sum = False
@@ -153,7 +153,7 @@ class _Content:
                 newest[message.topic] = stamp_ns
 
     def checks(self) -> Iterator[Check]:
-        """Yield what the messages say."""
+        """Yield the checks of counts, sample index and stamps."""
         wrong = [
             f'{name}: {self.counts[name]} of {count}'
             for name, count in self._announced.items()
@@ -191,7 +191,7 @@ def _continuity(name: str, found: Samples) -> Check:
 
 
 def _types(recording: Recording) -> Iterator[Check]:
-    """Hold the text and the hash of each type against those of ROS 2 Jazzy."""
+    """Compare the text and the hash of each type with those of ROS 2 Jazzy."""
     wrong: list[str] = []
     unknown: set[str] = set()
     good: set[str] = set()
@@ -223,7 +223,7 @@ def _is_known(name: str) -> bool:
 
 
 def _hash_of(name: str, data: bytes) -> str | None:
-    """Return the RIHS01 hash of a type from its full text, None where that is no definition."""
+    """Return the RIHS01 hash of a type from its full text, None if the text is no definition."""
     try:
         store = get_typestore(Stores.EMPTY)
         store.register(get_types_from_msg(data.decode(), name))
@@ -233,7 +233,7 @@ def _hash_of(name: str, data: bytes) -> str | None:
 
 
 def _metadata(path: Path, counts: Counter[str]) -> Iterator[Check]:
-    """Hold the counts of metadata.yaml against the messages."""
+    """Compare the counts of metadata.yaml with the messages."""
     file = (path if path.is_dir() else path.parent) / METADATA_FILE
     if not file.is_file():
         yield Check(METADATA_FILE, 'not checked', 'there is none')

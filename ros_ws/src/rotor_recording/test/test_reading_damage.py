@@ -178,7 +178,7 @@ def test_a_killed_recording_whose_definitions_are_lost_says_so(whole: Path, tmp_
     path.write_bytes(content)
     messages, damage = read_all(path)
     assert '/rotor/truth' not in {m.topic for m in messages}
-    assert any('what defines the channel is missing or damaged' in text for text in damage)
+    assert any('the definition of the channel is missing or damaged' in text for text in damage)
 
 
 def test_a_flipped_configuration_is_not_believed(whole: Path, tmp_path: Path) -> None:

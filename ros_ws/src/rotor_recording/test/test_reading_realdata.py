@@ -62,7 +62,7 @@ UNREADABLE = {
     'magic_only': 'not finalised, or is cut',
     'magic_short_4_zero': 'is not an MCAP file',
     'magic_text': 'is not an MCAP file',
-    'message_without_channel': 'what defines the channel is missing',
+    'message_without_channel': 'the definition of the channel is missing',
     'nested_chunk': 'another chunk, which MCAP forbids',
     'truncated_mid_chunk_talker': 'not finalised, or is cut',
     'unknown_compression': "its compression is 'unknown'",

@@ -77,7 +77,7 @@ def scenario(name_or_file: str | Path, **changes: Any) -> Scenario:
             known = sorted({*keys, *rotor, _SPEED, *ALIASES} - {'G'})
             close = difflib.get_close_matches(given, known, n=1)
             hint = f'did you mean {close[0]!r}?' if close else f'allowed: {", ".join(known)}'
-            raise ScenarioError(f'{given} is nothing that a scenario can change; {hint}')
+            raise ScenarioError(f'{given} cannot be changed in a scenario; {hint}')
         (of_run if name in keys else of_rotor)[name] = value
     base = load_scenario(str(name_or_file), **of_run)
     if not of_rotor:
@@ -89,7 +89,7 @@ def scenario(name_or_file: str | Path, **changes: Any) -> Scenario:
 
 
 def _as_asked(base: Scenario) -> dict[str, Any]:
-    """Return plain data whose monitor is left to follow the rotor where it did so before."""
+    """Return plain data without the values of the monitor that follow from the rotor."""
     plain = base.plain()
     monitor = plain['monitor']
     bare = Scenario.from_mapping({**plain, 'monitor': {}}).plain()['monitor']
@@ -101,7 +101,7 @@ def _as_asked(base: Scenario) -> dict[str, Any]:
 def simulate(
     scenario: Scenario, duration_s: float | None = None, seed: int | None = None
 ) -> xarray.Dataset:
-    """Return an offline run: waveform, truth, load and indicators, dimensions as said above.
+    """Return an offline run: waveform, truth, load and indicators; dimensions as in the module.
 
     The waveform's bytes are those of `rotor-rig simulate` and of the live rig. A minute is some
     60 MB; for longer runs take `pipeline.record`. `attrs`: `scenario` (YAML of an equal run),
@@ -198,19 +198,19 @@ def monitor(
     """Return what the monitor says about a waveform: indicators over `window_time`.
 
     Args:
-        flight: of `simulate` or `recording`, or a part of one (`flight.sel(time=slice(2, 4))`);
-            or an open `Recording`.
+        flight: result of `simulate` or `recording`, or a part of it
+            (`flight.sel(time=slice(2, 4))`); or an open `Recording`.
         config: of the monitor; None: as in the run.
 
     Raises:
-        ScenarioError: no waveform in it.
-        WireError: columns or samples that are no waveform.
+        ScenarioError: there is no waveform in it.
+        WireError: its columns or samples are no waveform.
 
     """
     if isinstance(flight, Recording):
         return _analyzed(flight, config)
     if not {'time', *_BESIDE} <= {*flight.variables} or not flight.sizes['time']:
-        raise ScenarioError('there is no waveform to monitor: time, sample or time_in_block lacks')
+        raise ScenarioError('no waveform to monitor: time, sample or time_in_block is missing')
     start_ns = int(flight.attrs.get('start_ns', 0))
     if config is None:
         config = MonitorConfig.of_run({'scenario': parse_yaml(flight.attrs.get('scenario', '{}'))})

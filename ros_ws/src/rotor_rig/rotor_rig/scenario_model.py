@@ -87,7 +87,7 @@ class Scenario(ConfigModel):
         validate: pydantic.ValidatorFunctionWrapHandler,
         info: pydantic.ValidationInfo,
     ) -> Any:
-        """Return the monitor; what the file leaves open and the rotor tells is filled in."""
+        """Return the monitor, with missing values that follow from the rotor filled in."""
         if not isinstance(monitor, Mapping):
             return validate(monitor)
         rotor, crack = info.data.get('rotor'), monitor.get('crack', {})
@@ -108,7 +108,7 @@ class Scenario(ConfigModel):
         return self
 
     def rotor_sim(self) -> RotorSimConfig:
-        """Return what the simulator needs: the same parts, which have been checked here."""
+        """Return the simulator's configuration; its parts have been checked here."""
         parts = {name: getattr(self, name) for name in RotorSimConfig.model_fields}
         return RotorSimConfig.model_construct(**parts)
 
@@ -132,7 +132,7 @@ class Scenario(ConfigModel):
     def yaml(self) -> str:
         """Return the YAML of an equal scenario: every value, with its unit.
 
-        What the variant sets in the rotor stands there as comments.
+        Values of the rotor that the variant sets are comments.
         """
         return ''.join(_yaml_lines(self, self.plain()))
 
@@ -140,7 +140,7 @@ class Scenario(ConfigModel):
 def _yaml_lines(
     model: ConfigModel, plain: Mapping[str, Any], indent: str = '', column_unit: str = ''
 ) -> Iterator[str]:
-    """Yield the lines of a part; `column_unit` is what its unit [u] stands for."""
+    """Yield the YAML lines of a part; `column_unit` is what its unit [u] stands for."""
     column_unit = getattr(model, 'COLUMN_UNIT', column_unit)
     for name, value in plain.items():
         part, unit = getattr(model, name), unit_of(type(model).model_fields[name])

@@ -69,7 +69,7 @@ def block_messages(
 def _sample_variance(config: RotorSimConfig, block: SimulatedBlock) -> float:
     """Return the variance of the white noise of one acceleration sample, (m/s^2)^2.
 
-    That of the accelerometer over the band up to half the rate, and that of the recorder.
+    The sum of the accelerometer's, over the band up to half the rate, and the recorder's.
     """
     density = config.sensors.accelerometers.noise_density
     recorder = block.truth['acceleration_noise_m_s2']
@@ -82,7 +82,7 @@ def config_message(
     versions: Mapping[str, str],
     column_units: Mapping[str, str] = COLUMN_UNITS,
 ) -> Any:
-    """Return `rotor/config`: everything needed to run it again, as JSON."""
+    """Return the message of `rotor/config`: everything needed to repeat the run, as JSON."""
     return messages.string(
         factory,
         json.dumps(

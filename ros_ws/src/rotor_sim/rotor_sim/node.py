@@ -30,9 +30,9 @@ from rotor_sim.stream.simulator import RotorSimulator
 
 TICK_S = 0.002
 ASK_AGAIN_S = 1.0
-"""A run that waits this long for a load asks for it again; DDS alone would repair it sooner."""
+"""A run that waits this long for a load asks for it again; DDS would resend a lost one sooner."""
 BLOCKS_PER_TICK = 8
-"""Few enough that incoming credits are handled between two ticks."""
+"""Few, so that incoming credits are handled between two ticks."""
 
 
 class RotorSimNode(Node):  # type: ignore[misc]
@@ -98,7 +98,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         ros.timer(self, TICK_S, self._tick)
 
     def _with_preset(self, base: RotorSimConfig) -> RotorSimConfig:
-        """Return the configuration with the preset of the parameters, which comes before them."""
+        """Return the configuration with the preset that the node's parameter names."""
         preset = ros.declare(
             self, 'sensors.preset', base.sensors.preset, 'class of sensors; see docs/sensors.md'
         )
@@ -108,7 +108,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         return RotorSimConfig.from_mapping({**base.model_dump(mode='json'), 'sensors': sensors})
 
     def _declare_config(self, base: RotorSimConfig) -> RotorSimConfig:
-        """Declare every scalar of the configuration; what can change live has its own name."""
+        """Declare every scalar of the configuration; live parameters have their own names."""
         live = ros.declare_model(self, base.live_parameters(), settable=RotorSimulator.SETTABLE)
         noise = {name: getattr(live, name) for name in NoiseLevels.model_fields}
         config = ros.declare_model(
@@ -201,14 +201,14 @@ class RotorSimNode(Node):  # type: ignore[misc]
         return time.monotonic() - self._state_since
 
     def _wait_for_consumers(self) -> None:
-        """Report ready once everybody who must hear time 0 has reported and matched."""
+        """Report ready once every node that needs time 0 has reported and is connected."""
         missing = [f'no report from {name}' for name in self._credits.behind(0)]
         missing += [
             f'nobody listens to {topic.name}'
             for topic, publisher in self._publishers_of.items()
             if publisher.get_subscription_count() < self._expected_subscribers(topic)
         ]
-        # a killed rig is remembered by DDS for a while, so others too are waited for
+        # DDS lists a killed rig for a while, so the node waits for other rigs to disappear
         others = self._other_rigs.obstacles()
         if self._other_rigs.stay():
             raise CosimulationError(f'the run cannot start: {others[0]}')
@@ -221,18 +221,18 @@ class RotorSimNode(Node):  # type: ignore[misc]
             raise CosimulationError(f'the run cannot start: {"; ".join(missing + others)}')
 
     def _expected_subscribers(self, topic: Topic) -> int:
-        """Every consumer takes the waveform; the rest has at least the recorder."""
+        """Every consumer subscribes to the waveform, at least the recorder to other topics."""
         return len(self._credits) if topic is topics.WAVEFORM else min(len(self._credits), 1)
 
     def _wait_for_load(self) -> None:
-        """Settle at the initial load as soon as it is known."""
+        """Let the start-up settle under the initial load as soon as it is known."""
         if self._grid.next_index:
             self._simulator.prepare(self._grid)
             self._started = time.monotonic()
             self._enter(self._advance)
         elif self._age_s() > 3 * self._timeout_s:
             raise CosimulationError('the run cannot start: no maneuver/load')
-        elif self._age_s() > self._timeout_s:  # the generator may have started later than we did
+        elif self._age_s() > self._timeout_s:  # the generator may have started later
             self._ask_again()
 
     def _advance(self) -> None:
@@ -265,7 +265,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         return late_s >= 0.0
 
     def _missing_load(self, end_sample: int) -> str:
-        """Return which load the next block must wait for, '' where it is there."""
+        """Return which load the next block must wait for, '' if none is missing."""
         if self._grid.covers(end_sample, self._config.rate_hz):
             return ''
         if self._load.get_publisher_count() > 1:
@@ -275,7 +275,7 @@ class RotorSimNode(Node):  # type: ignore[misc]
         return f'maneuver/load ends before point {self._grid.next_index}{hole}'
 
     def _slow_consumer(self, first: int) -> str:
-        """Return which consumer the next block must wait for, '' where none is too far behind."""
+        """Return which consumer the next block must wait for, '' if none is too far behind."""
         limit = first - self._window_blocks * self._config.block_samples
         has_limit = self._rate != 1.0 and limit >= 0
         slow = self._credits.behind(self._stamp(limit)) if has_limit else []
@@ -293,10 +293,10 @@ class RotorSimNode(Node):  # type: ignore[misc]
             )
 
     def _ask_again(self) -> None:
-        """Subscribe to the load anew each second: it is latched, so what was lost comes again."""
+        """Subscribe to the load again each second: it is latched, so lost points are resent."""
         now = time.monotonic()
         is_early = now - max(self._state_since, self._asked_at) < ASK_AGAIN_S
-        # not yet connected: nothing is lost; two sources: nothing would be taken
+        # not connected yet: nothing is lost; two sources: the load would be refused
         if is_early or self._load.get_publisher_count() != 1:
             return
         self._asked_at = now

@@ -143,7 +143,7 @@ def test_fleet_must_go_in_step(constant_grid: ConstantGrid) -> None:
     fast = simulator({**base, 'rate_hz': 20_480})
     with pytest.raises(RotorError, match=r'2 simulators cannot use 1 load grids'):
         fleet.advance([one, two], 10, [grid])
-    with pytest.raises(RotorError, match='stands twice'):
+    with pytest.raises(RotorError, match='occurs twice'):
         fleet.advance([one, one], 10, [grid, grid])
     with pytest.raises(RotorError, match=r'simulators\[1\]: rate_hz = 20480, but .* is 10240'):
         fleet.advance([one, fast], 10, [grid, grid])

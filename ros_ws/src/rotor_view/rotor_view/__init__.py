@@ -4,7 +4,7 @@
 
 import os
 
-# rerun's allocator, which reads this when rerun is loaded, otherwise keeps what was freed
+# rerun's allocator reads this when rerun is loaded; without it, it keeps freed memory
 os.environ.setdefault('MIMALLOC_PURGE_DELAY', '0')
 
 from rotor_view.offline import view_recording

@@ -25,7 +25,7 @@ TRUTH_VIEW = 'Crack K (truth)'
 RIG_VIEW = f'Rig, displacements x {EXAGGERATION:g}, crack side red'
 
 _CROWD = 3
-"""So many rules of the alarm leave no room for curves that it does not judge."""
+"""With this many rules of the alarm there is no room for curves that it does not judge."""
 
 _TRUTH_RANGE = (0.0, 0.5)
 _Part = tuple[rrb.View | rrb.Container, float]
@@ -34,7 +34,7 @@ _Part = tuple[rrb.View | rrb.Container, float]
 
 @dataclass(frozen=True)
 class Page:
-    """What a page has to show.
+    """Contents of the page.
 
     Args:
         drawn: entities with at least one number, picture or body.
@@ -64,7 +64,7 @@ def rule_view(page: Page, indicator: str) -> str:
 
 
 def ratio_view(page: Page) -> str:
-    """Return the name of the view of the super-harmonic ratios; it says if no rule is on them."""
+    """Return the name of the view of the super-harmonic ratios; it says if no rule judges them."""
     ratios = any(rule.startswith(f'{page.channel}/ratio_') for rule in page.rules)
     judged = '' if ratios else ', not judged'
     return f'Super-harmonic ratios of {style.channel_name(page.channel)} [1]{judged}'
@@ -108,7 +108,7 @@ def orbit_view(page: Page) -> str:
 def _whole_flight() -> rrb.TimeAxis:
     """Return the time axis that all views of the flight have: from 0 to the newest data.
 
-    Linked axes would not do: rerun 0.41 then starts each view at its own first value.
+    Linked axes are no alternative: rerun 0.41 then starts each view at its own first value.
     """
     return rrb.TimeAxis(
         view_range=rr.TimeRange(
@@ -151,14 +151,14 @@ def _waveform(name: str, path: str) -> rrb.TimeSeriesView:
 
 
 def _latest(page: Page) -> list[str]:
-    """Return the waveforms whose latest samples are shown: of the rig two, else all."""
+    """Return the waveforms whose latest samples are shown: two for the rig, else all."""
     paths = [path for path, _ in page.waveforms if page.has(path)]
     main = [path for path in (style.DISPLACEMENT, style.ACCELERATION) if path in paths]
     return main if page.has(style.RIG) and main else paths
 
 
 def _flight_column(page: Page) -> list[_Part]:
-    """Return what goes over the whole flight: load or waveform, the alarm and what it judges."""
+    """Return the views over the whole flight: load or waveform, alarm, judged indicators."""
     parts: list[_Part] = []
     if page.has(style.LOAD, style.LOAD_SENSOR):
         parts.append((_flight(LOAD_VIEW, (style.LOAD_SENSOR, style.LOAD)), 1.1))
@@ -189,7 +189,7 @@ def _flight_column(page: Page) -> list[_Part]:
         )
         sentence = rrb.TextDocumentView(name=SENTENCE_VIEW, origin=f'/{style.ALARM_SENTENCE}')
         curve_shares = sum(share for _, share in parts) or 1.0
-        # a lane and a sentence need the same height whatever else there is
+        # a lane and a sentence need the same height whatever other views there are
         parts[1:1] = [(lane, 0.2 * curve_shares), (sentence, 0.15 * curve_shares)]
     return parts
 

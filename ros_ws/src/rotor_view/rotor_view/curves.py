@@ -35,7 +35,7 @@ class Curves:
         return self._drawn
 
     def declare(self, path: str, series: Sequence[style.Series]) -> None:
-        """Draw the curves of an entity in this way, whatever their names declare."""
+        """Set the style of an entity's curves, which overrides that of their names."""
         self._declared[path] = series
 
     def add(self, path: str, offset_ns: int, names: Sequence[str], values: Sequence[float]) -> None:
@@ -64,7 +64,7 @@ class Curves:
         )
 
     def interrupt(self, parent: str, offset_ns: int) -> None:
-        """Break the curves of all entities below `parent`: no line may bridge what was lost."""
+        """Break the curves of all entities below `parent`: no line may bridge lost samples."""
         for path, names in self._names.items():
             if path.startswith(f'{parent}/'):
                 missing = np.full((1, len(names)), np.nan, np.float32)

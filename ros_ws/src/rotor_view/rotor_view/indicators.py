@@ -32,7 +32,7 @@ class Indicators:
 
     def __init__(self, curves: Curves) -> None:
         self.channel = ''
-        """Channel that people are shown: chosen from the first window, '' before it."""
+        """The channel shown: chosen from the first window, '' before it."""
         self._curves = curves
         self._rules: Sequence[AlarmRule] = ()
         self._units = Units()
@@ -55,7 +55,7 @@ class Indicators:
             self._add_limits(rule, 0)
 
     def add(self, offset_ns: int, values: Mapping[str, float]) -> None:
-        """Draw one window (SI); an indicator of a rule that it does not have is NaN."""
+        """Draw one window (SI); a rule's indicator that it lacks is NaN."""
         self.channel = self.channel or shown_channel(values)
         for rule in self._rules:
             value = values.get(rule.indicator, math.nan)
@@ -77,7 +77,7 @@ class Indicators:
         self._curves.add(limits_path(rule.indicator), offset_ns, ['warn', 'error'], limits)
 
     def _add_scaled(self, path: str, offset_ns: int, values: Mapping[str, float]) -> None:
-        """Draw values in the units that people read, under the names of their kinds."""
+        """Draw values in display units, under the names of their kinds."""
         scaled = [value * self._units.of_indicator(name)[1] for name, value in values.items()]
         kinds = [source_and_kind(name)[1] for name in values]
         self._curves.add(path, offset_ns, kinds, scaled)

@@ -28,10 +28,10 @@ class Monitoring:
         return self._monitor.config.alarm.rules
 
     def after_block(self, message: Any) -> Iterator[Outgoing]:
-        """Yield what one waveform message brought; raises WireError for one it cannot take."""
+        """Yield the monitor's messages after one waveform message; raises WireError if refused."""
         block = decode(message)
         records = self._monitor.push(block)
-        # new ones for each block: a live alarm is told once a second, this one at every change
+        # a new object yields the alarm after every block; only changes of it are passed on
         outgoing = MonitorMessages(OFFLINE).after_block(self._monitor, records, block.stamp_ns)
         for topic, stamp_ns, said in outgoing:
             if topic in self._wanted and (topic != topics.ALARM or self._is_news(said)):

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from rotor_view.monitoring import Monitoring
 
 MONITOR_TOPICS = (topics.SPECTRUM, topics.INDICATORS, topics.ALARM)
-"""What the monitor says; computed where it was not recorded."""
+"""Output of the monitor; computed where it was not recorded."""
 
 BATCH_S = 5.0
 """Flight time per batch of a file: few large chunks open fast, but a batch is held in memory."""
@@ -124,7 +124,7 @@ def convert(recording: Recording, file: Path, *, is_thin: bool = False) -> list[
     computed = _computed(recording, wanted)
     monitoring = None
     if computed:
-        # most of the memory of a recording that has its indicators would be these kernels
+        # for a recording that has its indicators these kernels would take most of the memory
         from rotor_view.monitoring import Monitoring  # noqa: PLC0415
 
         monitoring = Monitoring(MonitorConfig.of_run(config), computed)
@@ -164,7 +164,7 @@ def _is_long(recording: Recording) -> bool:
             if end is not None
         ]
     except (*UNDECODABLE, WireError):
-        return True  # not told, so let it cost little
+        return True  # unknown: take the cheaper way
     return bool(samples) and max(samples) - min(samples) > WHOLE_PICTURE_SAMPLES
 
 
@@ -174,7 +174,7 @@ def _all_messages(
     wanted: Mapping[str, Topic],
     monitoring: 'Monitoring | None',
 ) -> Iterator[tuple[Topic, int, Any]]:
-    """Yield all messages with their stamps, each block followed by what the monitor makes of it."""
+    """Yield all messages with their stamps, each block followed by the monitor's messages."""
     refused = 0
     for topic, message in _decoded(recording, wanted):
         accepted = view.refusals
@@ -184,7 +184,7 @@ def _all_messages(
         try:
             yield from monitoring.after_block(message)
         except WireError as error:
-            if view.refusals == accepted:  # else the view has told it
+            if view.refusals == accepted:  # else the view has reported it
                 refused += 1
                 name = recording.find(topics.WAVEFORM)
                 recording.leave_out(
@@ -195,7 +195,7 @@ def _all_messages(
 
 
 def _decoded(recording: Recording, wanted: Mapping[str, Topic]) -> Iterator[tuple[Topic, Any]]:
-    """Yield the messages but `rotor/config`, which is known from the start."""
+    """Yield the messages except `rotor/config`, which is known from the start."""
     names = [name for name, topic in wanted.items() if topic != topics.CONFIG]
     left_out: Counter[str] = Counter()
     for message in recording.messages(names):
@@ -213,7 +213,7 @@ def _decoded(recording: Recording, wanted: Mapping[str, Topic]) -> Iterator[tupl
 
 
 def _computed(recording: Recording, wanted: Mapping[str, Topic]) -> list[Topic]:
-    """Return what the monitor has to compute: nothing if its indicators were recorded."""
+    """Return the topics that the monitor must compute: none if its indicators were recorded."""
     counts = recording.message_counts
     recorded = {topic for name, topic in wanted.items() if counts.get(name)}
     if topics.INDICATORS in recorded:
@@ -252,7 +252,7 @@ def _cleaned_up() -> Iterator[None]:
 
 
 def _shown_topics(recording: Recording) -> dict[str, Topic]:
-    """Return what the view shows of a recording: topics by their recorded names."""
+    """Return the topics of a recording that the view shows, by their recorded names."""
     wanted: dict[str, Topic] = {}
     known = recording.topics()
     for topic in SHOWN_TOPICS:

@@ -47,7 +47,7 @@ class Orbit:
         self._ring = 0.0
 
     def clear(self) -> None:
-        """Forget the rows: what follows is not connected to them."""
+        """Drop the rows: later rows are not connected to them."""
         self._rows = np.empty((0, 3))
 
     def add(self, rows: NDArray[np.void]) -> None:
@@ -69,7 +69,7 @@ class Orbit:
             return
         joined = np.concatenate([self._rows, new])
         oldest = joined[-1, 0] - 2.0 * np.pi * REVOLUTIONS
-        # of a shaft that stands still, or turns back, no row grows old by its angle
+        # rows of a shaft that stands still, or turns back, never get old by angle
         self._rows = joined[joined[:, 0] >= oldest][-MOST_ROWS:]
 
     def log(self) -> None:
@@ -107,7 +107,7 @@ class Orbit:
         self._log_scale(float(np.abs(self._rows[:, 1:]).max()))
 
     def _log_scale(self, reach: float) -> None:
-        """Log rings and axes when the scale has to change: up at once, down late."""
+        """Log rings and axes if the scale must change; it grows at once and shrinks late."""
         if not _SMALLEST < reach < math.inf or 0.4 * self._ring <= reach <= self._ring:
             return
         self._ring = ring = round_up(1.1 * reach)

@@ -13,11 +13,11 @@ from vibration_monitor.clock import whole_rate
 LONGEST_BLOCK_S = 1e5
 
 LONGEST_RUN_S = 2.0**31
-"""As far as stamps reach."""
+"""Largest time that stamps can hold."""
 
 
 def placed(block: WaveformBlock) -> WaveformBlock:
-    """Return the block; raises WireError where its place on the time axis is not known."""
+    """Return the block; raises WireError if its place on the time axis is not known."""
     first = first_sample_of(block)
     time_s = block.rows['time'].astype(np.float64)
     if not (time_s[0] >= 0.0 and time_s[-1] < LONGEST_BLOCK_S and (np.diff(time_s) > 0.0).all()):
@@ -29,7 +29,7 @@ def placed(block: WaveformBlock) -> WaveformBlock:
 
 
 def _rate_hz(block: WaveformBlock) -> int:
-    """Return the sample rate of a block, 1 where one sample does not tell; raises WireError."""
+    """Return the sample rate of a block in Hz, 1 for a single sample; raises WireError."""
     count = len(block.rows)
     return whole_rate(count - 1, block.step_s * (count - 1)) if count > 1 else 1
 

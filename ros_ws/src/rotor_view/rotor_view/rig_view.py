@@ -34,13 +34,13 @@ LIVE_BATCH_S = 0.25
 """A viewer takes few messages a frame: many small ones leave a slow machine ever further behind."""
 
 LIVE_CURVES_S, FILE_CURVES_S = 0.5, 60.0
-"""Slow numbers are collected this long, in flight time: rerun keeps a note of each chunk."""
+"""Slow signals are collected for this flight time: each chunk costs rerun memory."""
 
 MAX_WAITING = 8192
 """Messages ahead of the waveform that are kept back; beyond that the oldest is shown."""
 
 BESIDE_FLIGHT_S = 60.0
-"""What is stamped longer before sample 0, or after the waveform, is not of this flight."""
+"""A message stamped longer before sample 0, or after the waveform, is not of this flight."""
 
 FLUSH_S = 30.0
 """A viewer that takes nothing for this long has stopped."""
@@ -56,7 +56,7 @@ SHOWN_TOPICS = (
     topics.ALARM,
     topics.DIAGNOSTICS,
 )
-"""What `RigView.push` understands; the rest of the table is not shown."""
+"""Topics that `RigView.push` shows; the others of the table are ignored."""
 
 
 class RigView:
@@ -67,9 +67,9 @@ class RigView:
     has a waveform to show. Waveforms are sent in batches of `batch_s` (s of flight): short ones
     keep a live view fresh, long ones make files that open fast. When the sample index jumps
     back, a new run has begun: another recording, for which `connect` is called again. The page
-    has a view of all that has been shown; live it is sent again whenever there is more, else
-    once, at the end. A thin view is for a picture of the end of the flight: of what is older it
-    has the curves alone, and the reach of the waveform.
+    has a view for everything shown so far; it is sent once at the end or, live, whenever there is
+    more to show. A thin view is for a picture of the end of the flight: of older data it has only
+    the curves and the envelope of the waveform.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class RigView:
         return self._continuity.lost_samples
 
     def _begin(self) -> None:
-        """Start a recording; what waits for the waveform now waits for the new run's."""
+        """Start a recording; waiting messages now wait for the waveform of the new run."""
         self._stream = rr.RecordingStream(
             style.APPLICATION_ID,
             batcher_config=rr.ChunkBatcherConfig(
@@ -127,7 +127,7 @@ class RigView:
         self._at(0)
 
     def _use_config(self) -> None:
-        """Draw from here on what the configuration tells: rotor, rules, units."""
+        """Use rotor, rules and units of the configuration from here on."""
         self._indicators.judge_by(self._rules, self._units)
         self._rig.geometry = self._geometry
         self._waveform.units = self._waveform.orbit.units = self._spectra.units = self._units
@@ -143,7 +143,7 @@ class RigView:
         return self._continuity.blocks
 
     def push(self, topic: Topic, stamp_ns: int, message: Any) -> None:
-        """Take one message of either world.
+        """Take one message, of rclpy or of rosbags.
 
         Args:
             topic: an entry of `rotor_interfaces.topics`; others than SHOWN_TOPICS are ignored.
@@ -165,7 +165,7 @@ class RigView:
                 self._show(*heapq.heappop(self._waiting))
 
     def flush(self) -> None:
-        """Send everything that is still held, also what lies ahead of the waveform.
+        """Send everything that is still held, also messages ahead of the waveform.
 
         Raises:
             ViewError: the viewer or the file did not take all of it.
@@ -185,7 +185,7 @@ class RigView:
         self._flush_stream()
 
     def _flush_stream(self) -> None:
-        """Hand everything to the viewer or the file; raises ViewError where it is not taken."""
+        """Send everything to the viewer or the file; raises ViewError if that fails."""
         try:
             self._stream.flush(timeout_sec=FLUSH_S)
         except RuntimeError as error:
@@ -194,7 +194,7 @@ class RigView:
             ) from None
 
     def _send_page(self) -> None:
-        """Lay out what there is to show, if it is not what the page shows already."""
+        """Send the layout of the page if its contents have changed."""
         parts = (self._curves, self._rig, self._waveform.orbit, self._spectra, self._status)
         page = Page(
             drawn=frozenset().union(*(part.drawn for part in parts)),
@@ -254,7 +254,7 @@ class RigView:
         offsets = np.concatenate([self._offsets(block) for block in self._blocks])
         rows = np.concatenate([block.rows for block in self._blocks])
         self._blocks = []
-        self._release(int(offsets[0]))  # what is told of this time is drawn with it
+        self._release(int(offsets[0]))  # messages of this time are drawn with it
         self._waveform.add(offsets, rows)
         self._release(int(offsets[-1]))
         if offsets[-1] >= self._curves_due_ns:
@@ -265,7 +265,7 @@ class RigView:
         self._hand_over()
 
     def _hand_over(self) -> None:
-        """Let a file take what there is, else what the disk has not taken yet piles up."""
+        """Flush to a file now, so that data for a slow disk do not pile up in memory."""
         if not self._is_live:
             self._flush_stream()
 
@@ -346,8 +346,8 @@ class RigView:
     def _on_config(self, text: str) -> None:
         """Take the rotor, the rules of the alarm and the units from the run's configuration.
 
-        Rotor and rules are known only where it holds a scenario: an imported recording is of
-        another machine, and judged by whoever analyzes it.
+        Rotor and rules are known only if it holds a scenario: an imported recording is of another
+        machine, and its rules come from the analysis.
         """
         try:
             config = parse_json(text)

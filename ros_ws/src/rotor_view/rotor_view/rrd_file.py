@@ -17,7 +17,7 @@ class ViewFile:
     """Writes what a recording stream sends into a new `.rrd` file, until `close`.
 
     rerun writes into a pipe and a thread copies from there to the file: on a full disk rerun
-    itself would wait for ever, deaf to every signal, for what it can no longer write.
+    itself would block for ever and ignore every signal.
 
     Raises:
         ViewError: the file cannot be made.
@@ -42,7 +42,7 @@ class ViewFile:
             os.close(writing)  # rerun has opened it for itself
 
     def _copy(self) -> None:
-        """Copy until rerun closes its end; behind an error, read on so that rerun never waits."""
+        """Copy until rerun closes its end; after an error keep reading, so that rerun can go on."""
         with self._pipe:
             try:
                 with self._file:
@@ -55,7 +55,7 @@ class ViewFile:
                 pass
 
     def check(self) -> None:
-        """Raise ViewError if the file has refused something."""
+        """Raise ViewError if the file could not be written."""
         if self._refused is not None:
             raise self._error(self._refused)
 
@@ -67,6 +67,6 @@ class ViewFile:
 
     def _error(self, error: OSError) -> ViewError:
         return ViewError(
-            f'the view cannot be written to {self._path.parent} ({error.strerror}); choose a '
-            'place that takes it'
+            f'the view cannot be written to {self._path.parent} ({error.strerror}); choose '
+            'another folder'
         )

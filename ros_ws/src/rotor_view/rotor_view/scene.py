@@ -63,7 +63,7 @@ class Geometry:
 
     @classmethod
     def from_config(cls, config: Any) -> 'Geometry':
-        """Return the geometry a `rotor/config` document tells, wherever in it the keys stand.
+        """Return the geometry in a `rotor/config` document, whose keys may be at any depth.
 
         Raises ValueError for numbers that cannot be drawn.
         """
@@ -74,7 +74,7 @@ class Geometry:
 def _find(document: Any, name: str) -> Any:
     """Return the first number called `name` in nested mappings and lists, or None.
 
-    What the monitor is told of the rotor (`monitor`) is not the rotor.
+    The section `monitor` is skipped: it holds the monitor's settings, not the rotor's.
     """
     if isinstance(document, Mapping):
         value = document.get(name)
@@ -125,7 +125,7 @@ def ring(
 
 
 def log_bodies(stream: rr.RecordingStream, geometry: Geometry) -> None:
-    """Log what does not change its shape: bodies in their own frames, once."""
+    """Log the shapes of the bodies once, each in its own frame."""
 
     def static(path: str, *what: Any) -> None:
         stream.log(f'{RIG}/{path}', *what, static=True)
@@ -236,7 +236,7 @@ def send_poses(
 
 
 def _bend(side: float, drop_m: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
-    """Return turn and stretch of the shaft half from a bearing to a disk `drop_m` beside it.
+    """Return rotation and stretch of the shaft half from a bearing to a disk `drop_m` beside it.
 
     The half lies along x from its origin at the bearing (side -1 aft, 1 forward) to the disk.
     """
@@ -270,7 +270,7 @@ def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float 
         stream.log(f'{RIG}/load', arrow)
     else:
         stream.log(f'{RIG}/load', rr.Clear(recursive=False))
-    crack = 'not told' if crack_ratio is None else f'K = {crack_ratio:.3g}'
+    crack = 'unknown' if crack_ratio is None else f'K = {crack_ratio:.3g}'
     load = f'n = {number_text(load_factor, ".1f")}'
     stream.log(
         f'{RIG}/text',
@@ -285,19 +285,19 @@ def log_load(stream: rr.RecordingStream, load_factor: float, crack_ratio: float 
 
 
 class Rig:
-    """The rotor of one run; drawn only where its geometry is told and its disk is measured."""
+    """The rotor of one run; drawn only if its geometry is known and its disk is measured."""
 
     def __init__(self, stream: rr.RecordingStream) -> None:
         self.drawn: set[str] = set()
         """Entities that have something to show."""
         self.geometry: Geometry | None = None
-        """Rotor that the run's configuration tells; None before, and for other machines."""
+        """From the run's configuration; None before it, and for other machines."""
         self._stream = stream
         self._bodies: Geometry | None = None
         self._crack_ratio: float | None = None
 
     def set_crack(self, stiffness_ratio: float) -> None:
-        """Take the crack that the truth tells, at the time that is set on the stream."""
+        """Take the true crack, at the time that is set on the stream."""
         if stiffness_ratio != self._crack_ratio:
             self._crack_ratio = stiffness_ratio
             if self._bodies is not None:

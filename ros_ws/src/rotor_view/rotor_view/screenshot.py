@@ -20,8 +20,8 @@ DRAWN_S = 120.0
 """A page that has not come to rest by then has failed; a quiet machine needs about 5 s."""
 
 VIEWERS = 3
-"""Viewers that are started before a page is given up, if each ends by itself: a viewer that drew
-with the software renderer has crashed, and the next did not."""
+"""Number of viewers that are tried if each ends by itself: with the software renderer one has
+crashed, and the next did not."""
 
 _NO_ANSWER = (RuntimeError, OSError)
 """What rerun raises when its viewer does not answer within 15 s."""

@@ -78,7 +78,7 @@ class Spectra:
         self.send_spectrogram()
 
     def send_spectrogram(self) -> None:
-        """Send the picture as it is; draw waits a second of flight between pictures."""
+        """Send the current picture; `draw` does so at most once a second of flight."""
         if self._spectrogram.is_empty:
             return
         file = io.BytesIO()

@@ -33,7 +33,7 @@ LIME: Colour = (165, 210, 70)
 
 @dataclass(frozen=True)
 class Series:
-    """How one curve is called and drawn; hidden ones wait in the legend. Width in ui points."""
+    """Name and style of a curve; hidden ones are only in the legend. Width in ui points."""
 
     name: str
     colour: Colour
@@ -56,7 +56,7 @@ AMPLITUDES = 'amplitudes'
 RULES = 'alarm_rules'
 LIMITS = 'alarm_limits'
 BY_WINDOW = (f'{INDICATORS}/', f'{AMPLITUDES}/', f'{RULES}/')
-"""Entities with one number a window: each has a mark."""
+"""Entities with one number a window: each number has a marker."""
 
 SPECTRUM = 'spectrum'
 SPECTROGRAM = 'spectrogram'
@@ -106,7 +106,7 @@ BY_NAME: dict[str, Series] = {
 """Curves that depend on what the messages carry, by column or indicator name."""
 
 PALETTE = (BLUE, ORANGE, TEAL, MAGENTA, LIME, VIOLET, AMBER, GREEN, RED, GREY)
-"""For names that nobody declared."""
+"""For names that are not declared."""
 
 RULE_COLOUR = BLUE
 SPECTRUM_COLOUR = ORANGE
@@ -120,7 +120,7 @@ LEVEL_COLOURS = (GREEN, (235, 170, 40), RED, GREY)
 
 
 def channel_name(channel: str) -> str:
-    """Return a channel as people read it: `disk z`; the column's name where nobody declared one."""
+    """Return the displayed name of a channel, `disk z`; undeclared ones keep their column name."""
     return BY_NAME[channel].name if channel in BY_NAME else channel
 
 
@@ -140,7 +140,7 @@ def ratios(channel: str) -> str:
 
 
 def amplitudes(channel: str) -> str:
-    """Return the entity of the amplitudes of a channel in the unit that people read."""
+    """Return the entity of the amplitudes of a channel in its display unit."""
     return f'{AMPLITUDES}/{channel}'
 
 

@@ -24,7 +24,7 @@ class NewestRows:
         self._held: Rows | None = None
 
     def push(self, offsets_ns: NDArray[np.int64], rows: NDArray[np.void]) -> list[Rows]:
-        """Take rows that follow those before; return the envelopes of what is no longer held."""
+        """Take the next rows; return the envelopes of the rows that are no longer held."""
         old = []
         if self._held is not None:
             if self._held[1].dtype == rows.dtype:

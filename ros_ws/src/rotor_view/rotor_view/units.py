@@ -11,20 +11,20 @@ from rotor_interfaces.channels import channel_unit, source_and_kind
 from vibration_monitor.indicators import OF_SOURCE, registry
 
 UNKNOWN = 'unit unknown'
-"""Of a column that an importer could not give a unit."""
+"""Shown for a column whose unit the import did not know."""
 
 _REFERENCES = {'m': (1e-9, '1 nm'), 'm/s^2': (1e-3, '1 mm/s^2'), UNKNOWN: (1e-3, '0.001')}
 
 
 @dataclass(frozen=True)
 class Units:
-    """Units of one run; `unknown` are the channels whose unit nobody knows."""
+    """Units of one run; `unknown` are the channels whose unit is not known."""
 
     unknown: frozenset[str] = frozenset()
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> Self:
-        """Return the units that a `rotor/config` document tells (`column_units`)."""
+        """Return the units that a `rotor/config` document states (`column_units`)."""
         told = config.get('column_units')
         if not isinstance(told, Mapping):
             return cls()

@@ -31,11 +31,11 @@ _CRASH_WORDS = ('panicked at', 'caught a signal')
 """How the viewer begins its report of a crash, which ends with a stack and an address."""
 
 _ENDING_S = 5.0
-"""A crash cuts the connection, by which it is noticed, up to so long before the process ends."""
+"""A crash is noticed by the cut connection, up to this long before the process ends."""
 
 _SILENCE = {
     'RERUN_APP_ONLY': 'true',
-    'ALL_PROXY': 'http://127.0.0.1:9',  # its question for a newer version ends here, unanswered
+    'ALL_PROXY': 'http://127.0.0.1:9',  # its query for a newer version ends here, unanswered
 }
 
 
@@ -44,7 +44,7 @@ class ViewError(RigError):
 
 
 class ViewerEndedError(ViewError):
-    """A viewer that ended by itself, such as by a crash; another one may well not."""
+    """A viewer that ended by itself, such as by a crash; another attempt may succeed."""
 
 
 class Viewer:
@@ -55,7 +55,7 @@ class Viewer:
     As a context it ends with the block; `leave_open` lets it outlive this process.
 
     Raises:
-        ViewError: it did not start within START_S; the sentence has its last words.
+        ViewError: it did not start within START_S; the sentence has its last output.
 
     """
 
@@ -79,7 +79,7 @@ class Viewer:
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=words,
-                start_new_session=True,  # Ctrl-C is for us, who then end it
+                start_new_session=True,  # this process handles Ctrl-C and ends it
             )
         try:
             self._wait_for_port(port)
@@ -88,7 +88,7 @@ class Viewer:
             raise
 
     def _wait_for_port(self, port: int) -> None:
-        """Wait until the viewer listens: connecting rerun to nobody would block for seconds."""
+        """Wait until the viewer listens: connecting rerun earlier would block for seconds."""
         deadline = time.monotonic() + START_S
         while time.monotonic() < deadline and self.is_running():
             try:
@@ -123,7 +123,7 @@ class Viewer:
         return self._process.poll() is None
 
     def wait(self) -> None:
-        """Wait until the user closes the window; raises ViewError where it failed instead."""
+        """Wait until the user closes the window; raises ViewError if it failed instead."""
         if self._process.wait() != 0:
             raise self.failure('failed')
 

@@ -75,7 +75,7 @@ class ViewerNode(Node):  # type: ignore[misc]
                 file.check()
 
     def _has_time(self) -> bool:
-        """Count a block; say no to all that come after the budget of this second of the clock."""
+        """Count a block; return False once the budget of this second is spent."""
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._blocks = second, 0
@@ -83,7 +83,7 @@ class ViewerNode(Node):  # type: ignore[misc]
         return self._blocks <= int(self._blocks_per_s)
 
     def is_done(self) -> bool:
-        """Say yes when the user has closed the window."""
+        """Say whether the user has closed the window."""
         return self._viewer is not None and not self._viewer.is_running()
 
     def finish(self) -> None:

@@ -23,7 +23,7 @@ class Waveform:
     """Draws the rows of one run, batch after batch.
 
     Args:
-        stream: where to.
+        stream: to which the rows are logged.
         curves: what draws the curves.
         rig: what draws the rotor.
         sent: called after each table of curves, which are large.
@@ -51,7 +51,7 @@ class Waveform:
         self._newest = NewestRows() if is_thin else None
 
     def add(self, offsets: NDArray[np.int64], rows: NDArray[np.void]) -> None:
-        """Draw these rows, which follow those before; `offsets` is flight time in ns."""
+        """Draw the next rows; `offsets` is flight time in ns."""
         if self._newest is None:
             self._draw(offsets, rows)
         else:
@@ -64,7 +64,7 @@ class Waveform:
                 self._curves.add(style.LOAD_SENSOR, middle_ns, ['n'], [load_factor])
 
     def finish(self) -> None:
-        """Draw what is still held: nothing follows, or nothing that is connected to it."""
+        """Draw the rows still held: no connected rows will follow."""
         newest = self._newest.take() if self._newest else None
         if newest is not None:
             self._draw(*newest)
@@ -103,7 +103,7 @@ class Waveform:
 
 
 def _frames(offsets: NDArray[np.int64]) -> list[slice]:
-    """Return the rows of each moment that is drawn."""
+    """Return the rows of each frame that is drawn."""
     count = max(1, round((offsets[-1] - offsets[0]) / (FRAME_S * NANOSECONDS)))
     parts = np.array_split(np.arange(len(offsets)), min(count, len(offsets)))
     return [slice(int(part[0]), int(part[-1]) + 1) for part in parts]
@@ -114,5 +114,5 @@ def _load_factor(rows: NDArray[np.void]) -> float | None:
     if 'load_y' not in (rows.dtype.names or ()):
         return None
     mean_m_s2 = float(np.mean(rows['load_y'], dtype=np.float64))
-    # rounded, or the axis of a steady flight would zoom in on what float32 leaves over
+    # rounded, or the axis of a steady flight would zoom in on the rounding of float32
     return round(mean_m_s2 / GRAVITY_M_S2, 4)

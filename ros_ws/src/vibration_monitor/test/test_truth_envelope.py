@@ -150,7 +150,7 @@ def test_the_spectrum_ends_at_the_width_of_the_band() -> None:
         ((0.0, 100.0), 'lie above 0'),
         ((2000.0, 1000.0), 'must rise'),
         ((2000.0, 5121.0), '5120 Hz'),
-        ((math.nan, 1000.0), 'does not serve'),
+        ((math.nan, 1000.0), 'is not allowed'),
         ((2000.0, 2001.0), 'at least 5.333 Hz wide'),
     ],
 )

@@ -51,17 +51,17 @@ def windowed_sums(
     """Return the windowed sums of each signal and of a constant 1.
 
     Weights g = w (step of the angle before and after). Row 0 is the sum of g x, rows 2 j + 1 and
-    2 j + 2 that of g x cos and g x sin of order j. The carrier of an order is u^bin v: u = exp(i a)
-    with a the angle of the window (one turn over it), v = exp(i remainder a).
+    2 j + 2 that of g x cos and g x sin of order j. The carrier of an order is u^bin v, where
+    u = exp(i a), v = exp(i remainder a), and the angle a makes one turn over the window.
 
     Args:
         revolutions: shaft angle of each sample in revolutions, rising; (samples,).
         signals: finite values; (signals, samples).
         start: angle in revolutions at which the window starts.
         count: number of revolutions in the window.
-        products: power p + 1 in the list of powers is power products[p, 0] times products[p, 1];
-            power 0 is u itself.
-        places: where in that list the power of each order stands, -1 for u^0; (orders,).
+        products: entry p + 1 in the list of powers is entry products[p, 0] times products[p, 1];
+            entry 0 is u.
+        places: index of the power of each order in that list, -1 for u^0; (orders,).
         remainders: order * count less its power; (orders,).
 
     Returns:
@@ -112,9 +112,9 @@ def _fill_turn(
     start: float,
     scale: float,
 ) -> None:
-    """Fill `turn` with cosine and sine of scale * (angle - start), turned from sample to sample.
+    """Fill `turn` with cosine and sine of scale * (angle - start), rotated from sample to sample.
 
-    A step is below 0.02 rad (1/6 revolution of 64): the next terms of the series are below 1e-16.
+    A step is below 0.02 rad (1/6 of 64 revolutions): the omitted terms are below 1e-16.
     """
     angle = scale * (revolutions[first] - start)
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -154,7 +154,7 @@ def _add_products(
     values: NDArray[np.float64],
     carriers: NDArray[np.float64],
 ) -> None:
-    # a copy that the compiler knows to be in one piece
+    # a copy that the compiler knows to be contiguous
     for i in range(len(signal)):
         values[i] = signal[i]
     for row in range(len(carriers)):
@@ -163,7 +163,7 @@ def _add_products(
 
 @_jit
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64], length: int) -> float:
-    """Return the sum of a b in eight chains, so that the processor need not wait for each sum."""
+    """Return the sum of a b by eight independent sums, so that none waits for the one before."""
     s0, s1, s2, s3, s4, s5, s6, s7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     whole = length - length % 8
     for i in range(0, whole, 8):
@@ -216,12 +216,12 @@ def quintic_spline(
 ) -> NDArray[np.float64]:
     """Return splines of degree 5 with a knot at each sample.
 
-    The six B-splines over a cell, in powers of the place in the cell (de Boor, A practical guide to
-    splines, 1978).
+    The six B-splines between two knots, in powers of the position between them (de Boor, A
+    practical guide to splines, 1978).
 
     Args:
         coefficients: of the B-spline centred on each sample, with two more before and three
-            behind; (signals, samples + 5).
+            after; (signals, samples + 5).
         places: in samples, from 0 to samples - 1; (points,).
 
     Returns:

@@ -13,7 +13,7 @@ from vibration_monitor.indicators.window import Window
 from vibration_monitor.monitor_config import MonitorConfig
 
 _TURN = {'channel': 0, 'plane': 1, 'window': 2}
-"""The indicators of the window may follow from all others, so they are computed last."""
+"""The indicators of the window may be derived from all others, so they are computed last."""
 
 
 class Analyzer:
@@ -52,8 +52,8 @@ class Analyzer:
             rows = family.compute(window)
             if [len(row) for row in rows] != [place.stop - place.start for place in places]:
                 raise MonitorError(
-                    f'indicator family {family.key!r} returned rows of other lengths than the '
-                    'names that it declares'
+                    f'indicator family {family.key!r} returned rows whose lengths differ from '
+                    'the number of names that it declares'
                 )
             for place, row in zip(places, rows, strict=True):
                 window.values[place] = row

@@ -16,7 +16,7 @@ from rotor_interfaces.waveform import WaveformBlock
 from vibration_monitor.monitor_config import MAX_CHANNELS
 
 MAX_REVOLUTIONS = 1 << 40
-"""A shaft angle beyond is none: it is decades of running, and float64 grows coarse there."""
+"""A larger shaft angle counts as missing: float64 is too coarse there, after decades of running."""
 
 _LARGEST_VALUE = float(np.finfo(np.float32).max)
 
@@ -24,7 +24,7 @@ Column = NDArray[Any]
 
 
 def first_sample_of(block: WaveformBlock) -> int:
-    """Return the index of the first sample; raises WireError for a block without a place."""
+    """Return the index of the first sample; raises WireError if `time` or a sample is missing."""
     first = block.first_sample
     if 'time' not in block.columns:
         raise WireError('the block has no `time` column, so its sample rate is unknown')
@@ -51,7 +51,7 @@ def revolutions_of(block: WaveformBlock) -> NDArray[np.float64]:
 
 
 def column_of(block: WaveformBlock, name: str) -> Column:
-    """Return a column, NaN where the block does not have it or a float32 could not tell it."""
+    """Return a column, NaN where it is missing or out of the range of float32."""
     column = _values(block, name)
     if column.dtype.itemsize < np.dtype(np.float64).itemsize:
         return column
@@ -60,7 +60,7 @@ def column_of(block: WaveformBlock, name: str) -> Column:
 
 
 def stretches(present: NDArray[np.bool_]) -> Iterator[tuple[slice, bool]]:
-    """Yield the stretches where it is True, and those where it is False, in turn."""
+    """Yield each stretch of equal values of `present`, with its value."""
     cuts = (np.flatnonzero(present[1:] != present[:-1]) + 1).tolist()
     for start, stop in itertools.pairwise([0, *cuts, len(present)]):
         yield slice(start, stop), bool(present[start])

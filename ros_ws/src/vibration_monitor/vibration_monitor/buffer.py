@@ -28,7 +28,7 @@ class SampleBuffer:
         return self._data[:, self._start : self._end]
 
     def append(self, first_sample: int, columns: Sequence[NDArray[np.generic]]) -> None:
-        """Add the samples that follow, one column of equal length a row, of any type of number."""
+        """Add the next samples: one column per row, all of equal length, of any numeric type."""
         if not len(self):
             self.first_sample = first_sample
             self._start = self._end = 0

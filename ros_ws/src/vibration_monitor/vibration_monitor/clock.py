@@ -10,7 +10,7 @@ from rotor_common.errors import WireError
 from rotor_interfaces.messages import sample_stamp_ns
 
 FASTEST_HZ = NANOSECONDS
-"""Stamps tell no faster samples apart."""
+"""Highest sample rate that the stamps resolve."""
 
 _LARGEST_STAMP_S = (1 << 31) - 10_000_000
 """ROS counts seconds to 2^31; 115 days less leave room for the stamps of windows and alarms."""
@@ -28,18 +28,18 @@ class BlockClock:
         """Note a block: its first sample, its stamp, and its time column in s after the stamp.
 
         Raises:
-            WireError: its time does not rise, or is none that a stamp can tell.
+            WireError: its time does not rise, or is out of the range of a stamp.
 
         """
         rate_hz = own_rate(stamp_ns, time)
         latest = (first_sample, stamp_ns + round(float(time[0]) * NANOSECONDS))
         if rate_hz is None and self._rate_hz is None and self._origin is not None:
-            # blocks of one sample: their stamps must do
+            # blocks of one sample: the rate comes from their stamps
             sample, origin_ns = self._origin
             try:
                 whole_rate(first_sample - sample, (latest[1] - origin_ns) / NANOSECONDS)
             except WireError:
-                self._origin = latest  # else one wrong stamp would have all that follow refused
+                self._origin = latest  # else one wrong stamp would make every later block refused
                 raise
         self._latest = latest
         self._origin = self._origin or latest
@@ -62,10 +62,10 @@ class BlockClock:
 
 
 def own_rate(stamp_ns: int, time: NDArray[np.float64]) -> int | None:
-    """Return the sample rate of one block in Hz, None where it holds one sample.
+    """Return the sample rate of one block in Hz, None if it holds one sample.
 
     Raises:
-        WireError: its time does not rise, or is none that a stamp can tell.
+        WireError: its time does not rise, or is out of the range of a stamp.
 
     """
     start_s, end_s = float(time[0]), float(time[-1])
@@ -79,7 +79,7 @@ def own_rate(stamp_ns: int, time: NDArray[np.float64]) -> int | None:
 
 
 def whole_rate(samples: int, duration_s: float) -> int:
-    """Return the sample rate in Hz; raises WireError where time does not rise, or too fast."""
+    """Return the sample rate in Hz; raises WireError if time does not rise or the rate is high."""
     rate_hz = samples / duration_s if duration_s > 0 else 0.0
     if not 0.5 < rate_hz <= FASTEST_HZ:
         raise WireError(

@@ -37,7 +37,7 @@ from vibration_monitor.crack_model import (
 from vibration_monitor.spectrum import overlap_inflation
 
 _LEAST_ERROR_M = 1e-10
-"""Error of q_n that is always reckoned with: a motion that repeats itself proves nothing."""
+"""Least error assumed for q_n: a motion that repeats exactly proves nothing."""
 
 _LEAST_CHANGE_M = 1e-6
 """RMS by which the static bend must change, 0.08 g: in steady flight q and p share their noise."""
@@ -46,40 +46,40 @@ _LARGEST_UNSEEN_RATIO = 0.05
 """A shaft is called sound only where a crack of this K is ruled out."""
 
 _HIGHEST_SPEED = 0.525
-"""Of the rigid critical speed: beyond, such a crack was missed with a bound that looked narrow."""
+"""As part of the rigid critical speed; above it such a crack was missed despite a narrow bound."""
 
 _HIGHEST_ESTIMATE_SPEED = 0.6
-"""Beyond this part of it there is no estimate: at 0.8 a sound shaft had a bound of 0.03."""
+"""No estimate above this part of that speed: at 0.8 a sound shaft had a lower bound of 0.03."""
 
 _RUNOUT_SPREAD_M = 5e-6
-"""How large a runout may be: keeps the fit determined at constant speed."""
+"""Expected size of a runout; keeps the fit determined at constant speed."""
 
 _GAIN_SPREAD = 0.15
 """Expected size of the scale errors of the disk's probes that the baseline does not know of.
 
-An equal error of both bearings' probes acts in the same way: without a crack, x_1 + x_2 is in
-proportion to x. At steady speed so does a wrong stiffness.
+An equal error of both bearings' probes has the same effect: without a crack, x_1 + x_2 is
+proportional to x. At steady speed a wrong stiffness has it too.
 """
 
 _MODEL_ERROR = 0.3
-"""Share of a crack's load that may differ from K p_n, for one because the crack grows.
+"""Share of a crack's load that may differ from K p_n, for example because the crack grows.
 
-A slow crack's motion is like its load: a scale error of 100 % explains a growing crack better than
-a crack of constant K does, and must pay for being so large. What a growing crack leaves over has
-one shape and does not average out: it counts once for all windows.
+At low speed a crack's motion is like its load: a scale error of 100 % explains a growing crack
+better than a crack of constant K does, so large scale errors are penalized. The residual of a
+growing crack has one shape and does not average out: it counts once for all windows.
 """
 
 _ROUNDS = 3
 """Rounds of weighting the fit against the expected size of the scale errors.
 
-The first allows for them hardly, the second knows how well the fit does with them.
+The first round hardly allows for them; the second knows the residual of the fit with them.
 """
 
 _CERTAINTY = 4.0
 """Standard errors that the lower bound lies below the estimate."""
 
 _LEVEL_ERROR_M = 2e-8
-"""What the constant terms may change from flight to flight without any fault."""
+"""Change of the constant terms from flight to flight without any fault."""
 
 _FIRST_CRACK = 4 + 2 + 1
 _COLUMNS = _FIRST_CRACK + len(BETAS_RAD)
@@ -88,17 +88,17 @@ _LEAST_SQUARE_M2 = 1e-300
 """Keeps a quotient finite."""
 
 _PERSISTENCE_REVOLUTIONS = 160
-"""An estimate is the one that says least of the estimates over so many revolutions."""
+"""The estimate returned is the lowest of the estimates over this many revolutions."""
 
 
 @dataclass(frozen=True)
 class CrackEstimate:
     """Crack stiffness ratio K that explains the last minute; NaN where nothing can be said.
 
-    `lowest` is what K is at least (4 standard errors, the lesser of both orders); negative where
-    there is no evidence. A probe that reads too much makes both too small by its share. `angle_rad`
-    is the crack's axis from the mark of angle 0 (beta). `resolution` is 4 standard errors of the
-    order that says less.
+    `lowest` is the lower bound of K (4 standard errors, the lesser of both orders); negative where
+    there is no evidence. A probe that reads too high makes both too small by the same share.
+    `angle_rad` is the crack's axis from the mark of angle 0 (beta). `resolution` is 4 standard
+    errors of the less certain order.
     """
 
     ratio: float
@@ -127,9 +127,9 @@ class CrackFindings:
 class CrackEstimator:
     """Estimates K window after window; forgets with the time constant `memory_s`.
 
-    A second memory of a quarter of that follows a crack that grows, or comes at once; of the two,
-    the estimate with the higher lower bound holds. What is given is the estimate that says least of
-    those over 160 revolutions; they must lie within half of `memory_s`.
+    A second fit with a quarter of that time constant follows a crack that grows or appears at once;
+    of the two, the estimate with the higher lower bound is used. The result is the lowest of the
+    estimates over 160 revolutions, which must lie within half of `memory_s`.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class CrackEstimator:
         self._recent: deque[tuple[float, CrackFindings]] = deque(maxlen=count)
 
     def update(self, window: CrackWindow) -> CrackFindings:
-        """Take the next window; return what is known now, nothing where a probe said nothing."""
+        """Take the next window; return the findings, UNKNOWN where a probe has no valid value."""
         self._age(window.step_s)
         if silent := window.silent_probes():
             return CrackFindings(doubt=f'no valid value of {", ".join(silent)}')
@@ -205,7 +205,7 @@ class CrackEstimator:
             return f'the load has not changed by {load_factor:.2g} g in the last {span}'
         if speed_rad_s > _HIGHEST_SPEED * self._rigid_rad_s():
             return self._too_fast(speed_rad_s)
-        # twice: what passes for a scale error of a probe makes a crack look that much smaller
+        # twice: what the fit takes for a probe's scale error makes a crack look that much smaller
         largest = by_load.ratio + 2.0 * by_load.resolution
         if largest > _LARGEST_UNSEEN_RATIO:
             return f'a crack of up to K = {largest:.2g} is not ruled out'
@@ -243,9 +243,9 @@ def _lowest(estimate: CrackEstimate) -> float:
 
 
 class _Products:
-    """Weighted products of all columns of the fit with each other, by order; they forget.
+    """Weighted products of all pairs of columns of the fit, by order, with decaying weights.
 
-    Real and imaginary part of a column are two rows of it: `sums` (orders, columns, columns).
+    Real and imaginary part of a column are two rows; `sums` is (orders, columns, columns).
     """
 
     def __init__(self, columns: int) -> None:
@@ -267,9 +267,9 @@ class _Products:
         self.sums += weights[:, None, None] * (rows.transpose(0, 2, 1) @ rows)
 
     def variance(self, rest: Real, inflation: float) -> Real:
-        """Return the variance of a window's real or imaginary part, of the sum of squares `rest`.
+        """Return the variance of a window's real or imaginary part from the sum of squares `rest`.
 
-        What repeats itself proves nothing: no window is better than _LEAST_ERROR_M.
+        No window is better than _LEAST_ERROR_M: a motion that repeats exactly proves nothing.
         """
         rest = np.maximum(rest, _LEAST_ERROR_M**2 * self.weight[:, None])
         degrees = max(self.windows - 3.0 * inflation, 1.0)
@@ -277,7 +277,7 @@ class _Products:
 
 
 class _ReferenceFit:
-    """Least squares of what is beyond the reference on a crack at each of BETAS_RAD."""
+    """Least-squares fit of a crack at each of BETAS_RAD to the loads beyond the reference."""
 
     def __init__(self) -> None:
         self._products = _Products(1 + len(BETAS_RAD))
@@ -291,7 +291,7 @@ class _ReferenceFit:
         self._products.add(np.column_stack((loads, unit)), weights)
 
     def judge(self, inflation: float) -> CrackEstimate:
-        """Return the crack, at the angle where both orders speak for it most."""
+        """Return the crack at the angle with the highest lower bound."""
         products = self._products
         power, right = products.sums[:, 0, 0], products.sums[:, 0, 1:]
         left = _squares(products.sums[:, 1:, 1:])
@@ -303,7 +303,7 @@ class _ReferenceFit:
 
 
 class _LoadFit:
-    """Least squares of q on what a sound machine may show and a crack at each of BETAS_RAD.
+    """Least-squares fit of the terms of a sound machine and a crack at each of BETAS_RAD to q.
 
     Columns: a constant and the square of the speed, each as real and imaginary; the two scale
     errors; q; the cracks.
@@ -311,7 +311,7 @@ class _LoadFit:
 
     def __init__(self) -> None:
         self._products = _Products(_COLUMNS)
-        self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend, and squared
+        self._bends: list[float | complex] = [0.0, 0.0]  # sums of the static bend and its square
 
     def age(self, keep: float) -> None:
         """Multiply the weight of all windows so far by `keep`."""
@@ -326,13 +326,13 @@ class _LoadFit:
         self._bends = [self._bends[0] + static_bend, self._bends[1] + abs(static_bend) ** 2]
 
     def judge(self, inflation: float) -> CrackEstimate:
-        """Return the crack, at the angle where both orders speak for it most."""
+        """Return the crack at the angle with the highest lower bound."""
         products = self._products
         sums = self._without_drift()
         gains, load, cracks = sums[:, :2], sums[:, 2], sums[:, 3:]
         power, gain_load, crack_load = load[:, 2], load[:, :2], load[:, 3:]
         gain_gain, gain_crack = gains[:, :, :2], gains[:, :, 3:]
-        # what rounding leaves of two equal sums must not divide; nor a crack that never opens
+        # never divide by the rounding error of two equal sums, nor by a crack that never opens
         least = 1e-12 * _squares(products.sums[:, _FIRST_CRACK:, _FIRST_CRACK:]) + _LEAST_SQUARE_M2
         alone = np.maximum(_squares(cracks[:, :, 3:]), least)
         ratio, variance = crack_load / alone, np.zeros_like(alone)
@@ -354,15 +354,15 @@ class _LoadFit:
         return found
 
     def bend_change_m(self) -> float:
-        """Return by how much the static bend changes in the memory, RMS in m."""
+        """Return the RMS change of the static bend within the memory, in m."""
         count = self._products.windows
         total, square = self._bends
         return math.sqrt(max(abs(square) / count - abs(total / count) ** 2, 0.0))
 
     def _without_drift(self) -> Real:
-        """Return the products of the other columns with what the drift explains taken out.
+        """Return the products of the other columns without the part that the drift explains.
 
-        The term with the square of the speed has a prior about 0, the spread of a runout, which
+        The term with the square of the speed has a prior about 0 with the spread of a runout: it
         keeps the fit determined at constant speed.
         """
         sums = self._products.sums
@@ -379,10 +379,10 @@ def _squares(products: Real) -> Real:
 
 
 def _best(ratio: Real, lowest: Real) -> CrackEstimate:
-    """Return the crack where the lesser bound of the orders is highest; both (orders, betas)."""
+    """Return the crack where the lesser bound of both orders is highest; args (orders, betas)."""
     of_both = lowest.min(axis=0)
     best = int(np.argmax(of_both))
-    # the top of a parabola through the best of the angles and its neighbours
+    # the vertex of a parabola through the best angle and its neighbours
     before, here, after = of_both[[best - 1, best, (best + 1) % len(BETAS_RAD)]]
     curvature = 2.0 * here - before - after
     step = 0.5 * (after - before) / curvature if curvature > 0.0 else 0.0

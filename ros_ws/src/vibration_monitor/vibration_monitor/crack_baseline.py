@@ -35,19 +35,19 @@ _SPREADS = np.array([0.03, 0.005, 0.05, 0.05, 0.03, 0.03])
 cross axes of the bearings' probes."""
 
 _ALIKE_WINDOWS = 5.0
-"""So many windows in a row share their errors: they overlap, and a maneuver lasts."""
+"""Number of consecutive windows that share their errors: they overlap, and a maneuver lasts."""
 
 _ROUNDS = 5
-"""Rounds of weighting; the weights stand after three."""
+"""Rounds of weighting; the weights settle after three."""
 
 _OUTLIER = 2.0
-"""Windows whose rest is beyond so many standard deviations count less, as in a Cauchy fit."""
+"""Residuals beyond this many standard deviations have less weight, as in a Cauchy fit."""
 
 
 def learn_baseline(
     windows: Iterable[CrackWindow], config: CrackConfig, ball_pass_order: float
 ) -> CrackBaseline:
-    """Return what healthy windows, of different loads and speeds, teach about one machine.
+    """Return the baseline of one machine from healthy windows of different loads and speeds.
 
     Raises:
         MonitorError: there is no window with all six probes.
@@ -62,7 +62,7 @@ def learn_baseline(
         )
     errors = np.array([_probe_errors(known, config, ball_pass_order, i) for i in (0, 1)])
     rigid = config.rigid_critical_speed_rad_s**2 / (1.0 - errors[:, 0])
-    # found over W of the configuration: what stays the same is xi / W
+    # fitted with the configured W; what the fit determines is xi / W
     damping = (config.damping_ratio + errors[:, 1]) / (1.0 - errors[:, 0])
     scaled = CrackBaseline(
         rigid_critical_speeds_rad_s=(math.sqrt(rigid[0]), math.sqrt(rigid[1])),
@@ -86,7 +86,7 @@ def _probe_errors(
 ) -> Real:
     """Return the errors that _SPREADS names in one direction, (6,); `axis` 0 is y, 1 is z.
 
-    Linear least squares with a Gaussian prior, reweighted by what each order leaves.
+    Linear least squares with a Gaussian prior, reweighted by the residual of each order.
     """
     lines = list(_lines(windows, config, ball_pass_order, axis))
     errors = np.zeros(len(_SPREADS))
@@ -106,9 +106,9 @@ def _probe_errors(
 def _lines(
     windows: Sequence[CrackWindow], config: CrackConfig, ball_pass_order: float, axis: int
 ) -> Iterator[tuple[Complex, Complex]]:
-    """Yield q (windows,) at each order and its slope by each error (windows, 6), over its noise.
+    """Yield q (windows,) and its derivative by each error (windows, 6), over the noise, by order.
 
-    The terms that a sound machine has are taken out of both.
+    The terms of a sound machine are removed from both.
     """
     vectors = np.array([np.column_stack((each.vectors, each.ball_pass)) for each in windows])
     square = np.array([each.speed_rad_s**2 for each in windows])
@@ -132,7 +132,7 @@ def _lines(
 
 
 def _constant_terms(windows: Sequence[CrackWindow], rigid: Real, damping: Real) -> Complex:
-    """Return what q is without a crack: constant, and with the square of the speed, (2, 2)."""
+    """Return q without a crack: the constant and the term with the square of the speed, (2, 2)."""
     found = [equivalent_loads(window, rigid, damping) for window in windows]
     loads = np.array([each.loads for each in found])
     weights = np.array([each.weights for each in found])

@@ -36,7 +36,7 @@ ORBIT_ORDERS = (1.0, 2.0, 3.0)
 CRACK_ORDERS = (2.0, 3.0)
 
 _OTHER = [place ^ 1 for place in range(len(PROBES))]
-"""For each of PROBES the one in the other direction of the same place."""
+"""For each of PROBES the index of the probe in the other direction at the same place."""
 
 BETAS_RAD = 2.0 * np.pi * np.arange(36) / 36
 """Angles from the mark of angle 0 at which a crack is looked for."""
@@ -51,17 +51,17 @@ _FORWARD = np.array([0.5, 0.5j])
 _SPEED_SCALE_RAD_S = 400.0
 
 LARGEST_MOTION_M = 1.0
-"""A displacement beyond is no shaft's, and products of such numbers would pass for a crack."""
+"""A larger displacement is no shaft motion, and products of such numbers could pass for a crack."""
 
 NOISE_M, RELATIVE_ERROR = 1e-8, 0.02
-"""Errors of q_n: the probes' noise in a window, and what transients make of it."""
+"""Errors of q_n: the probes' noise in a window, and the relative error by transients."""
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 
 
 class CrackBaseline(ConfigModel):
-    """What healthy reference flights of one machine teach, see `crack_baseline.learn_baseline`."""
+    """Data of one machine from healthy reference flights, see `crack_baseline.learn_baseline`."""
 
     rigid_critical_speeds_rad_s: tuple[float, float] = pydantic.Field(
         description='measured sqrt(2k/m) in the directions y and z, rad/s'
@@ -95,7 +95,7 @@ class CrackBaseline(ConfigModel):
         return flat.reshape(2, 2)
 
     def corrected(self, window: 'CrackWindow') -> 'CrackWindow':
-        """Return what the bearings' probes would say if they were scaled and turned as the disk's.
+        """Return the window with the bearings' probes scaled and aligned as the disk's.
 
         To first order in the errors.
         """
@@ -142,10 +142,10 @@ class CrackConfig(ConfigModel):
 
 @dataclass(frozen=True, eq=False)
 class CrackWindow:
-    """What one window of revolutions says, for PROBES; SI, phases relative to shaft angle 0.
+    """Motion at PROBES in one window of revolutions; SI, phases relative to shaft angle 0.
 
     `mean` (6,) in m; `vectors` (6, 3) in m at ORBIT_ORDERS, `ball_pass` (6,) in m at the ball-pass
-    order; `step_s` is the time since the window before.
+    order; `step_s` is the time since the previous window.
     """
 
     speed_rad_s: float
@@ -156,9 +156,9 @@ class CrackWindow:
 
     @classmethod
     def of(cls, indicators: Mapping[str, float], revolutions: float) -> Self:
-        """Return the window that these indicators of the monitor describe; NaN where one lacks.
+        """Return the window that these indicators describe; NaN where one is missing.
 
-        `revolutions` have passed since the window before.
+        `revolutions` have passed since the previous window.
         """
 
         def vector(channel: str, order: str) -> complex:
@@ -177,26 +177,26 @@ class CrackWindow:
         )
 
     def silent_probes(self) -> list[str]:
-        """Return the probes that lack their mean or a vector, or tell what no shaft can do."""
-        told = np.abs(self.mean) <= LARGEST_MOTION_M  # NaN is not
+        """Return the probes whose mean or a vector is missing or beyond LARGEST_MOTION_M."""
+        told = np.abs(self.mean) <= LARGEST_MOTION_M  # False for NaN
         told &= (np.abs(self.vectors) <= LARGEST_MOTION_M).all(axis=1)
         return [name for name, ok in zip(PROBES, told.tolist(), strict=True) if not ok]
 
     def is_complete(self) -> bool:
-        """Say whether all six probes told their mean and their vectors."""
+        """Say whether all six probes have a valid mean and valid vectors."""
         return not self.silent_probes()
 
 
 def drift_terms(window: CrackWindow) -> Real:
-    """Return what runout and misalignment go with: a constant, and the square of the speed."""
+    """Return the terms of runout and misalignment: a constant, and the square of the speed."""
     return np.array([1.0, (window.speed_rad_s / _SPEED_SCALE_RAD_S) ** 2])
 
 
 class EquivalentLoads(NamedTuple):
     """Forward equivalent loads q at CRACK_ORDERS, (2,) in m, and what is known of their errors.
 
-    `gain_slopes` (2, 2) in m: by how much q grows, for each order, with a scale error of the disk's
-    probe in y and of that in z. q is the difference of two terms; where these are large (near a
+    `gain_slopes` (2, 2) in m: the derivative of q, for each order, by a scale error of the disk's
+    probe in y and in z. q is the difference of two terms; where these are large (near a
     resonance) so are its errors, and the weight in `weights` (2,) is less than 1.
     """
 

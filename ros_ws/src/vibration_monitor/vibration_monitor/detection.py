@@ -13,7 +13,7 @@ from vibration_monitor.monitor_config import AlarmConfig, AlarmRule
 from vibration_monitor.persistence import Persistence
 
 CANNOT_JUDGE = 'cannot judge'
-"""What people read for STALE."""
+"""The text shown for STALE."""
 
 
 class Level(enum.IntEnum):
@@ -35,7 +35,7 @@ class AlarmState:
 
     @classmethod
     def cannot_judge(cls, why: str) -> Self:
-        """Return the state of a monitor that cannot see, with the reason."""
+        """Return the state STALE, with the reason."""
         return cls(Level.STALE, (f'{CANNOT_JUDGE}: {why}',))
 
 
@@ -44,10 +44,10 @@ class RuleJudge:
 
     A level is reached when N of the last M windows are at or above its limit, and left when N
     of them are below release_ratio times the limit; a rule is OK once N of them were below WARN.
-    A NaN speaks neither for nor against, and nor does a value below the limits about which there
-    is a doubt: it cannot vouch for a sound machine. A rule for which nothing has spoken in M
-    windows is STALE, with the reason, and what it had found comes back with the numbers. WARN or
-    ERROR of one rule goes before STALE of another, STALE before OK.
+    A NaN counts neither for nor against, nor does a doubtful value below the limits: it cannot
+    vouch for a sound machine. A rule without a value that counts in M windows is STALE, with the
+    reason; the level found before returns with the next values. WARN or ERROR of one rule outranks
+    STALE of another, STALE outranks OK.
     """
 
     def __init__(self, config: AlarmConfig) -> None:
@@ -57,7 +57,7 @@ class RuleJudge:
     def update(
         self, indicators: Mapping[str, float], doubts: Mapping[str, str] | None = None
     ) -> AlarmState:
-        """Take the indicators of the next window and what is to be doubted; return the state."""
+        """Take the indicators of the next window and the doubts about them; return the state."""
         for rule in self._rules:
             if rule.name in indicators:
                 rule.update(indicators[rule.name], (doubts or {}).get(rule.name, ''))

@@ -18,7 +18,7 @@ from vibration_monitor.errors import MonitorError
 from vibration_monitor.spectrum import weighted
 
 SLIP = 0.02
-"""How far a bearing's line may stand from its kinematic place, as a part of its frequency."""
+"""Largest deviation of a bearing's line from its kinematic frequency, as a part of it."""
 
 _FLOOR_REACH = 0.25
 _PADDING = 4
@@ -58,9 +58,9 @@ class EnvelopeSpectrum:
     def line_near(self, frequency_hz: float, tolerance: float = SLIP) -> Line:
         """Return the largest line within `tolerance` (a part of `frequency_hz`) or one bin.
 
-        The floor is the median amplitude within a quarter of `frequency_hz` on both sides. Of an
-        order give order times shaft frequency. All but the frequency is NaN where the spectrum
-        does not reach: beyond the width of the band, and within 4 resolutions of zero.
+        The floor is the median amplitude within a quarter of `frequency_hz` on both sides. For an
+        order pass order times shaft frequency. Amplitude and floor are NaN where the spectrum has
+        no lines: beyond the width of the band, and within 4 resolutions of zero.
 
         Raises:
             MonitorError: frequency_hz is not positive, or tolerance not between 0 and 0.25.
@@ -118,7 +118,7 @@ def envelope(
     low, high = band_hz
     if not 0 < low < high <= rate_hz / 2:
         raise MonitorError(
-            f'band_hz = {low:g} to {high:g} does not serve; it must rise and lie above 0 and up '
+            f'band_hz = {low:g} to {high:g} is not allowed; it must rise and lie above 0 and up '
             f'to half the sample rate, {rate_hz / 2:g} Hz'
         )
     count = len(signal)

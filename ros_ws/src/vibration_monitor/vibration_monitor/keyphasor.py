@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 CHUNK_SAMPLES = 1024
 MAX_PERIOD_SAMPLES = 1 << 14
-"""A pulse later than this after the one before does not belong to it (4 rad/s at 10 240 Hz)."""
+"""Longest period: later pulses do not belong together (4 rad/s at 10 240 Hz)."""
 
 MAX_MISSED = 3
-"""So many pulses in a row may be missing and are bridged."""
+"""Up to this many consecutive missing pulses are bridged."""
 
 SLACK = 0.25
-"""A pulse may come so much too early or too late, in parts of the expected period."""
+"""Largest deviation of a pulse from its expected time, in parts of the expected period."""
 
 _HISTORY = MAX_PERIOD_SAMPLES // CHUNK_SAMPLES
 _ON, _OFF = 0.5, 0.3
@@ -66,7 +66,7 @@ class KeyphasorAngle:
         self._known = 0
         """Samples whose angle has been returned."""
         self._ready: list[tuple[int, Curve]] = []
-        """How many samples lie on which curve, of those known and not returned."""
+        """Number of samples and their curve, of those known and not returned."""
         self._next_turn = revolution - 1
         self._start_search()
 
@@ -135,7 +135,7 @@ class KeyphasorAngle:
                 self._best = time
 
     def _look_at(self, time: float) -> None:
-        """Draw the conclusions from the fact that no other pulse comes before `time`."""
+        """Update the train of pulses, given that no other pulse comes before `time`."""
         if self._best is not None:
             expected = round((self._best - self._times[-1]) / self._period)
             if time > self._times[-1] + (expected + SLACK) * self._period:
@@ -184,7 +184,7 @@ class KeyphasorAngle:
         del self._times[0], self._turns[0]
 
     def _fill(self, end: int) -> None:
-        """Say of the samples before `end` that they have no angle."""
+        """Mark the samples before `end` as having no angle."""
         if end > self._known:
             self._ready.append((end - self._known, _NO_CURVE))
             self._known = end
@@ -227,18 +227,18 @@ class _PulseFinder:
         self._done = 0
         """Index of the first sample that does not belong to a pulse found already."""
         self.frontier = 0.0
-        """No pulse before this is still to come."""
+        """All pulses before this sample have been found."""
 
     def forget_height(self) -> None:
-        """Go by the highest sample again, not by the last pulses."""
+        """Take the pulse height from the highest sample again, not from the last pulses."""
         self._heights.clear()
 
     def find(self, chunk: Array) -> list[float]:
         """Return the centres of the pulses that are complete with this chunk, in samples.
 
         A pulse goes above half the pulse height and lasts while it stays above 0.3 of it. Its
-        centre is that of the area over the base line, with half its width and two samples more on
-        both sides.
+        centre is the centroid of the area over the base line, including half its width and two
+        samples more on both sides.
         """
         present = np.isfinite(chunk)
         base, height = self._levels(chunk[present])
@@ -277,7 +277,7 @@ class _PulseFinder:
         return pulses
 
     def _levels(self, finite: Array) -> tuple[float, float]:
-        """Return the base line and the height of the pulses; height 0 where there is but noise."""
+        """Return the base line and the height of the pulses; height 0 if there is only noise."""
         if len(finite):
             middle = _middle_of(finite)
             self._middles.append(middle)

@@ -21,7 +21,7 @@ Outgoing = tuple[Topic, int, Any]
 
 
 class MonitorMessages:
-    """Turns what the monitor found into messages; the alarm goes out on change and at 1 Hz."""
+    """Turns the monitor's results into messages; the alarm is sent on change and at 1 Hz."""
 
     def __init__(self, factory: MessageFactory) -> None:
         self._factory = factory
@@ -31,9 +31,9 @@ class MonitorMessages:
     def after_block(
         self, monitor: VibrationMonitor, records: Sequence[IndicatorRecord], stamp_ns: int
     ) -> Iterator[Outgoing]:
-        """Yield what one block brought: its windows, and the alarm where it is due.
+        """Yield the messages of one block: its windows, and the alarm where it is due.
 
-        `stamp_ns` is the block's; it is the data's clock, so that the 1 Hz is that of the data.
+        `stamp_ns` is the block's: the 1 Hz is counted in the time of the data.
         """
         for record in records:
             yield from self._window(record)
@@ -46,7 +46,7 @@ class MonitorMessages:
             yield self._alarm_message(stamp_ns, alarm)
 
     def of_silence(self, stamp_ns: int, text: str) -> Outgoing:
-        """Return the alarm of a source that has fallen silent: nothing is known any more."""
+        """Return the alarm for a source that has fallen silent: STALE."""
         return self._alarm_message(stamp_ns, AlarmState.cannot_judge(text))
 
     def _window(self, record: IndicatorRecord) -> Iterator[Outgoing]:

@@ -40,17 +40,17 @@ MAX_WINDOW_SAMPLES = 1 << 20
 """A window with more samples (a shaft that hardly turns) is invalid; this bounds the memory."""
 
 MAX_WINDOW_VALUES = 1 << 24
-"""The same for samples times columns: of very many channels a window holds fewer samples."""
+"""The same for samples times columns: with very many channels fewer samples are allowed."""
 
 MAX_INVALID_RECORDS = 1000
-"""A gap that swallows more windows than this yields so many records; the rest is counted.
+"""A gap across more windows than this yields this many records; the rest is only counted.
 
-After that there is another for each `MIN_SAMPLES_PER_CYCLE` samples, the time of the shortest
-revolution, so that an angle that keeps jumping makes no flood.
+After that, `MIN_SAMPLES_PER_CYCLE` samples, the shortest revolution, allow one more each, so that
+an angle that keeps jumping does not cause a flood.
 """
 
 _TRIAL_RATE_HZ, _TRIAL_SAMPLES = 10_240, 128
-"""Sampling of the made-up flight of `prepare`, the second in samples a revolution."""
+"""Sampling of the synthetic flight of `prepare`, in Hz and in samples per revolution."""
 
 ANGLE_MISSING = 'the shaft angle is missing'
 ANGLE_UNSTEADY = 'the shaft angle does not rise steadily'
@@ -66,8 +66,8 @@ class IndicatorRecord:
 
     `values` (float64, SI) belong to `names`, the same in every window of a run. A valid record
     carries the first and last sample inside the window and the stamp of the last. An invalid one
-    is all NaN, says why in `reason`, has no spectrum, and carries the sample at which that became
-    known (the first after a gap), twice. `alarm` is the state after this window.
+    is all NaN, says why in `reason`, has no spectrum, and carries as both samples the one at which
+    that became known (the first after a gap). `alarm` is the state after this window.
     """
 
     window: int
@@ -131,10 +131,10 @@ class VibrationMonitor:
         """Sample up to which `_invalid_left` has grown again."""
 
     def prepare(self) -> None:
-        """Load what the first window needs, or compile it, on a made-up flight; nothing is kept.
+        """Load and compile what the first window needs, on a synthetic flight; no data are kept.
 
         Takes 1 s, and 10 s in the first process of an installation. Without it the first window
-        takes so long, and a stream in real time does not wait.
+        takes that long, and a stream in real time does not wait.
         """
         trial = VibrationMonitor(self.config)
         turns = self.config.window_revolutions + self.config.hop_revolutions + 1
@@ -202,7 +202,7 @@ class VibrationMonitor:
         return self._take_waiting(self._keyphasor.push(volts))
 
     def _leave_keyphasor(self) -> list[IndicatorRecord]:
-        """Let go of the samples that still wait: no further pulse will place them."""
+        """Take the samples that still wait without an angle: no further pulse will come."""
         if self._keyphasor is None:
             return []
         records = self._take_waiting(self._keyphasor.finish())
@@ -253,7 +253,7 @@ class VibrationMonitor:
         return AlarmState.cannot_judge(f'no valid window in the last {waited} samples: {why}')
 
     def status(self) -> dict[str, int | str]:
-        """Return the counters for /diagnostics, with units; they outlive a restart."""
+        """Return the counters for /diagnostics, with units; a restart keeps them."""
         return {
             'blocks [1]': self._continuity.blocks,
             'gaps [1]': self._continuity.gaps,
@@ -273,7 +273,7 @@ class VibrationMonitor:
         }
 
     def _pieces(self, revolutions: NDArray[np.float64]) -> Iterator[tuple[slice, str]]:
-        """Split a block where the angle does not go on; yield each part and what precedes it."""
+        """Split a block where the angle is not continuous; yield each part and the fault before."""
         before = np.concatenate(([self._previous], revolutions[:-1]))
         self._previous = float(revolutions[-1])
         step = revolutions - before
@@ -296,7 +296,7 @@ class VibrationMonitor:
             yield slice(cut, end), fault
 
     def _break(self, revolution: float, sample: int, fault: str) -> list[IndicatorRecord]:
-        """Go on at an angle that does not follow: windows across the fault are invalid."""
+        """Continue at the angle after a fault; windows across the fault are invalid."""
         hop = self.config.hop_revolutions
         lost = range(0)
         if self._placed:
@@ -310,7 +310,7 @@ class VibrationMonitor:
         return [self._invalid(window, sample, fault) for window in lost[:told]]
 
     def _affordable(self, wanted: int, sample: int) -> int:
-        """Return how many of so many invalid windows are told at this sample."""
+        """Return how many of the `wanted` invalid windows are reported at this sample."""
         # by samples, not by blocks: the records must not depend on the blocks
         gained = (sample - self._counted_to) // MIN_SAMPLES_PER_CYCLE
         self._counted_to += gained * MIN_SAMPLES_PER_CYCLE
@@ -332,7 +332,7 @@ class VibrationMonitor:
             angle = self._buffer.rows[0]
             before = int(np.searchsorted(angle, float(self._next * hop), side='right')) - 1
             self._buffer.drop(max(0, before))
-        # a shaft that hardly turns; an eighth more, so that it is not moved with every block
+        # a shaft that hardly turns; an eighth more, so that the data do not move with every block
         if len(self._buffer) > self._most_samples * 5 // 4:
             self._buffer.drop(len(self._buffer) - self._most_samples * 9 // 8)
         return records

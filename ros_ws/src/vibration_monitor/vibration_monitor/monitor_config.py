@@ -170,8 +170,8 @@ class MonitorConfig(ConfigModel):
         """Return the settings of a run from its `rotor/config`; the defaults where it has none.
 
         Raises:
-            ConfigError: settings that this version refuses, or a module of indicators that
-                nobody but the run has named: a recording does not choose what is imported.
+            ConfigError: this version refuses the settings, or they name a module of indicators
+                that is not loaded: a recording does not choose what is imported.
 
         """
         scenario = (config or {}).get('scenario')
@@ -218,7 +218,7 @@ class MonitorConfig(ConfigModel):
             if float(f'{order:g}') != order:
                 raise ValueError(f'{order!r} has more than 6 digits, too many for a name')
         if list(orders) != sorted(set(orders)):
-            raise ValueError('the orders must rise and none may stand twice')
+            raise ValueError('the orders must rise and none may be given twice')
         if 1.0 not in orders:
             raise ValueError('1 is missing; the ratios are relative to the amplitude at order 1')
         return orders
@@ -282,4 +282,4 @@ _NO_CHANNEL = 'is no channel name (it must end in _y, _z, _ay or _az)'
 def _check_unique(names: tuple[str, ...]) -> None:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
-        raise ValueError(f'{repeated[0]!r} stands there more than once')
+        raise ValueError(f'{repeated[0]!r} is given more than once')

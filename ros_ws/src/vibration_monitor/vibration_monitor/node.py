@@ -22,7 +22,7 @@ from vibration_monitor.monitor_config import MonitorConfig
 
 READY_CHECK_S = 0.05
 SILENCE_S = 5.0
-"""A source that was heard and then says nothing for so long is reported."""
+"""A source that stays silent for this long, after its first block, is reported."""
 
 
 class MonitorNode(Node):  # type: ignore[misc]
@@ -58,7 +58,7 @@ class MonitorNode(Node):  # type: ignore[misc]
 
     def _report_ready(self) -> None:
         """Report ready once the source and every expected listener have matched."""
-        # count_publishers would not do: it knows of publishers that do not reach us yet
+        # not count_publishers: it includes publishers that do not reach us yet
         heard = self._source.get_publisher_count() > 0
         listened = all(
             publisher.get_subscription_count() >= self._listeners
@@ -72,7 +72,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         stamp_ns = messages.stamp_ns(message)
         try:
             block = decode(message)
-            # a run has one simulator, of which every block follows the one before
+            # a run has one simulator, and each of its blocks follows the one before
             is_alone = not self._run.run_id and self._source.get_publisher_count() <= 1
             first, count = block.first_sample, len(block.rows)
             if not self._first_source.accepts(first, count, block.time, is_alone=is_alone):
@@ -90,7 +90,7 @@ class MonitorNode(Node):  # type: ignore[misc]
         self._progress.report(stamp_ns)
 
     def _watch_source(self) -> None:
-        """Say so when the source falls silent: no block, no other report."""
+        """Report a source that has fallen silent: without a block there is no other report."""
         silence_s = time.monotonic() - self._last_block_s
         if silence_s > SILENCE_S:
             text = f'no block for {silence_s:.0f} s'

@@ -60,7 +60,7 @@ def orbit_shape(y: NDArray[np.complex128], z: NDArray[np.complex128], floor: flo
     orders = np.arange(1, len(ORBIT_ORDERS) + 1)
     circles[orders], circles[-orders] = forward, backward
     signed = np.fft.fftfreq(_POINTS, 1 / _POINTS)
-    # off the axes, where symmetric orbits cross themselves: a crossing in a corner is uncertain
+    # corners off the axes, where symmetric orbits cross: a crossing in a corner is uncertain
     circles *= np.exp(1j * signed * _FIRST_ANGLE_RAD)
     velocity = np.fft.ifft(1j * signed * circles)
     turned = np.angle(np.roll(velocity, -1) * np.conj(velocity))

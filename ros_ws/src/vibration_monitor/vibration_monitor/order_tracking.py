@@ -89,6 +89,6 @@ def resample(
     grid = np.arange(count * points) / points
     times = np.interp(grid, revolutions - start, np.arange(len(revolutions), dtype=np.float64))
     coefficients = spline_filter1d(signals, SPLINE_DEGREE, axis=1, mode='mirror')
-    # half a B-spline's degree of coefficients more at both ends, and one for the last sample's cell
+    # extra coefficients: half the spline's degree at both ends, and one after the last sample
     padded = np.pad(coefficients, ((0, 0), (SPLINE_DEGREE // 2, SPLINE_DEGREE // 2 + 1)), 'reflect')
     return quintic_spline(padded, times)

@@ -7,11 +7,11 @@ from collections import deque
 
 
 class Persistence:
-    """What at least `required` of the last `out_of` values reach, and what as many do not exceed.
+    """The level that `required` of the last `out_of` values reach, and one they do not exceed.
 
-    `reached` is at or above a limit exactly while so many values are, `undercut` below a limit
-    exactly while so many are; both are NaN while fewer than `required` are numbers. A NaN counts as
-    a window that speaks neither for nor against.
+    `reached` is at or above a limit exactly while `required` values are, `undercut` below a limit
+    exactly while `required` are; both are NaN while fewer than `required` are numbers. A NaN counts
+    neither for nor against.
     """
 
     def __init__(self, required: int, out_of: int) -> None:

@@ -74,9 +74,9 @@ def order_vectors(
 def _plan(
     orders: tuple[float, ...], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Return how the carriers of the orders follow from that of one turn over the window.
+    """Return how to compute the carriers of the orders from that of one turn over the window.
 
-    Powers come from two smaller ones: no cosine for every order. See `windowed_sums`.
+    Each power is a product of two smaller ones, without a cosine of its own. See `windowed_sums`.
     """
     powers = [1]
     products: list[tuple[int, int]] = []

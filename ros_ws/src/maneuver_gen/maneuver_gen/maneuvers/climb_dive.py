@@ -52,7 +52,7 @@ class RatePulse:
         return self.rate_rad_s * self.transition_s * turned
 
     def _phases(self, times_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # clipped at the end, so that the angle stays where it is, exactly
+        # clipped at the end, so that the angle stays exactly constant
         elapsed = np.clip(times_s - self.start_s, 0.0, 2.0 * self.transition_s + self.hold_s)
         falling = elapsed - (self.transition_s + self.hold_s)
         return elapsed / self.transition_s, falling / self.transition_s

@@ -21,7 +21,7 @@ from rotor_common.configuration import quantity
 
 WAVES = 32
 BAND_HZ = (0.02, 5.0)
-"""The grid of 100 Hz carries 5 Hz with straight lines; below 0.02 Hz the aircraft follows."""
+"""The 100 Hz grid resolves 5 Hz by linear interpolation; below 0.02 Hz the aircraft follows."""
 
 HEAVE_RATE_PER_S = 1.0
 """How fast the aircraft takes up a gust's velocity: g (dn/d alpha) / v, about 1/s."""
@@ -69,7 +69,7 @@ class Gusts(Maneuver):
 
     profile: str = 'gusts'
     mean: float = load_factor_field(1.0, description='mean load factor')
-    # the peaks of a Gaussian course stand some three times higher
+    # the peaks of a Gaussian course are some three times higher
     rms: float = quantity(
         0.2, unit='1', description='root mean square of the load factor about its mean', ge=0, le=1
     )

@@ -32,10 +32,10 @@ _HEADER_RULE = (
     'the first line names the columns time_s, load_factor and optionally '
     'lateral_load_factor, comma separated'
 )
-# a flight exactly as long as the run is long enough, whatever the last digit of its times
+# a flight exactly as long as the run is long enough in spite of rounding in its times
 _TIME_TOLERANCE_S = 1e-9
 LARGEST_BYTES = 200_000_000
-"""Of a flight file: a day at 100 rows a second."""
+"""Largest flight file: a day at 100 rows a second."""
 SHIPPED = 'shipped:'
 """Start of the path of a flight that comes with the rig: the same on every machine."""
 _FLIGHTS = files('maneuver_gen') / 'flights'

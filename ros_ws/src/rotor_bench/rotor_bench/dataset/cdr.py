@@ -3,7 +3,7 @@
 """Serialized messages made from a template: only the numbers that differ are replaced.
 
 The general way (a message object, then its CDR bytes) costs more than integrating the rotor does.
-The tests hold both ways against each other, byte for byte.
+The tests compare both ways, byte for byte.
 """
 
 import struct
@@ -20,11 +20,11 @@ from rotor_interfaces.topics import ROTOR_FRAME
 from rotor_interfaces.waveform import BY_TYPE, WaveformBlock, encode
 
 _STAMP_AT = 4
-"""The header stands first in every message, after the four bytes that say how it is encoded."""
+"""The header comes first in every message, after the four bytes of the CDR encapsulation."""
 
 
 _MARK = 0xA5
-"""A byte that stands nowhere else in a message; eight of it are a finite number, four too."""
+"""A byte that occurs nowhere else in a message; four or eight of it are a finite number."""
 
 
 class WaveformBytes:
@@ -42,7 +42,7 @@ class WaveformBytes:
         return b''.join((head, rows.data, dense if finite else gaps))
 
     def _frame(self, rows: NDArray[np.void]) -> tuple[bytearray, bytes, bytes]:
-        """Return what stands before and, with and without gaps, after the rows of a block."""
+        """Return the bytes before the rows of a block, and after them without and with gaps."""
         count = len(rows)
         if count not in self._ends:
             full = np.empty_like(rows)

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 WHOLE_SUITE = 2**32
-"""Place of what is drawn for a group, above every machine's number."""
+"""Place of the draws for a whole group, above every machine's number."""
 
 
 def generator(suite: str, seed: int, *place: int) -> np.random.Generator:
     """Return a counter-based generator keyed by suite, seed and place, such as machine and flight.
 
-    No draw at one place moves those at another, so a plan does not depend on the order in which
+    No draw at one place changes those at another, so a plan does not depend on the order in which
     it is made.
     """
     key = np.random.SeedSequence([zlib.crc32(suite.encode()), seed, *place])

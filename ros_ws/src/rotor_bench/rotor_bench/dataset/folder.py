@@ -62,9 +62,9 @@ COLUMNS = {
 
 
 class Folder:
-    """A folder that holds one data set, or will: flights, manifest, and what suite they are of.
+    """The folder of one data set, new or existing: flights, manifest, description of the suite.
 
-    Raises DatasetError where the folder holds something else or cannot be written.
+    Raises DatasetError if the folder holds something else or cannot be written.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class Folder:
                 )
 
     def _read_finished(self) -> None:
-        """Find what earlier runs have finished; a file of another size is forgotten."""
+        """Find the flights that earlier runs have finished; a file of another size is ignored."""
         rows = self._journal()
         if (self.path / MANIFEST).exists():
             rows += read_manifest(self.path)
@@ -130,14 +130,14 @@ class Folder:
         return rows
 
     def is_finished(self, flight: Flight) -> bool:
-        """Say whether an earlier run has written the flight, and its bytes are still those."""
+        """Say whether an earlier run has written the flight, and its bytes are unchanged."""
         row = self.finished.get(file_of(flight))
         return row is not None and sha256(self.path / row['file']) == row['sha256']
 
     def add(self, written: Iterable[Row]) -> None:
         """Note finished files, so that an interrupted run can go on after them.
 
-        Raises DatasetError where a file is not here: its writer has another folder of this name.
+        Raises DatasetError if a file is missing: its writer has another folder at this path.
         """
         with (self.path / JOURNAL).open('a', encoding='utf-8') as journal:
             for row in written:
@@ -152,7 +152,7 @@ class Folder:
             os.fsync(journal.fileno())
 
     def write_manifest(self) -> None:
-        """Write the manifest of all flights that are finished, in their order, drop the journal."""
+        """Write the manifest of all finished flights, in their order, and remove the journal."""
         import pyarrow as pa  # noqa: PLC0415 - slow
         from pyarrow import parquet  # noqa: PLC0415
 

@@ -17,7 +17,7 @@ RECORD = f'{SHIPPED}synthetic_record'
 CLIMB_ANGLE_RAD = 0.5
 PULLS = {'pulls_3g': 3.0, 'pulls_5g': 5.0, 'pulls_9g': 9.0}
 DWELL = 0.05
-"""Part of a flight that a sweep stays at each of its ends, at least."""
+"""Least part of a flight for which a sweep stays at each of its ends."""
 
 Segments = list[dict[str, Any]]
 
@@ -42,7 +42,7 @@ class Pilot:
         return float(self._draw.uniform(*limits))
 
     def _legs(self, family: str, duration_s: float) -> Segments:
-        """Return maneuvers between level legs, the first in any case, the others if they fit."""
+        """Return maneuvers between level legs: one in any case, more if they fit."""
         segments = [self._level_leg()]
         while True:
             figure = self._figure(family, first=len(segments) == 1)

@@ -41,7 +41,7 @@ class Result:
 
     @property
     def times_real_time(self) -> float | None:
-        """Seconds of flight written per second of this run; None where all was there."""
+        """Seconds of flight written per second of this run; None if nothing had to be written."""
         return self.written_s / self.wall_s if self.written else None
 
 
@@ -50,7 +50,7 @@ def choose(
 ) -> list[Machine]:
     """Return the machines of a split, or `count` of them spread evenly over it.
 
-    Raises DatasetError for a split without machines and a count that is not there.
+    Raises DatasetError for a split without machines and a count out of range.
     """
     chosen = [machine for machine in machines if split in (None, machine.split)]
     if not chosen:
@@ -73,10 +73,11 @@ def make_dataset(
     scheduler: str | None = None,
     on_progress: OnProgress = lambda _done, _total: None,
 ) -> Result:
-    """Write a data set into `folder`, going on after the flights that are there already.
+    """Write a data set into `folder`; flights that are there already are kept.
 
-    The bytes of a file depend on suite, seed and versions, on nothing else. `jobs` are processes of
-    this machine (default: one a core), `scheduler` a dask scheduler whose workers share the folder.
+    The bytes of a file depend only on suite, seed and versions. `jobs` is the number of processes
+    on this machine (default: one per core), `scheduler` a dask scheduler whose workers share the
+    folder.
 
     Raises DatasetError, ConfigError or AnalysisError for what cannot be used, ProcessError when
     workers are lost; IntegrationError or RecordingError of a flight.
@@ -94,7 +95,7 @@ def make_dataset(
     count = 0 if scheduler else min(jobs or os.cpu_count() or 1, len(lanes))
     with _workers(scheduler, count) as pool, closing(_written(pool, lanes, place, known)) as rows:
         for written in rows:
-            with interrupt.held():  # what is noted is counted
+            with interrupt.held():  # an interrupt must not fall between noting and counting
                 place.add(written)
                 done += len(written)
                 on_progress(done, len(flights))
@@ -111,7 +112,7 @@ def make_dataset(
 
 
 def _rows(batch: Sequence[Machine], place: Folder) -> Iterator[list[Flight]]:
-    """Yield the flights to write that go in lock-step: the first of all machines, the second..."""
+    """Yield the flights to write in lock-step: the first of each machine, then the second, ..."""
     for flights in zip(*(machine.flights for machine in batch), strict=True):
         row = [flight for flight in flights if not place.is_finished(flight)]
         if row:
@@ -124,7 +125,7 @@ def _written(
     place: Folder,
     known: Mapping[str, str],
 ) -> Generator[list[Row]]:
-    """Yield the rows of what has been written, as it is done; without a pool in this process."""
+    """Yield the manifest rows of written flights; without a pool, this process writes them."""
     if pool is None:
         yield from (write_flights(row, place.path, known) for row in lanes)
         return
@@ -134,7 +135,7 @@ def _written(
 
 @contextmanager
 def _workers(scheduler: str | None, count: int) -> Iterator[concurrent.futures.Executor | None]:
-    """Give the workers; leaving the block with an error or by Ctrl-C ends what is under way."""
+    """Yield the workers; an error or Ctrl-C in the block ends the running tasks."""
     if scheduler is not None:
         with executor(scheduler, None) as pool:
             yield pool

@@ -26,7 +26,7 @@ HIGHEST_SEED = 2**62
 
 @dataclass(frozen=True)
 class Grid:
-    """One flight as the grid asks for it."""
+    """One flight of the grid: its level of each factor."""
 
     role: Literal['reference', 'test']
     family: str
@@ -35,7 +35,7 @@ class Grid:
     crack: Literal['healthy', 'constant', 'growing'] = 'healthy'
     crack_stiffness_ratio: float = 0.0
     decoy: bool = False
-    """Healthy, and as long as a flight with a growing crack, so that the length says nothing."""
+    """Healthy, and as long as a flight with a growing crack, so that the length reveals nothing."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Rotor:
 
 @dataclass(frozen=True)
 class Flight:
-    """One flight of one virtual machine; everything about it follows from where it stands.
+    """One flight of one virtual machine; the fields determine everything about it.
 
-    `scenario` and `labels` are worked out when first asked for: a plan has thousands of flights.
+    `scenario` and `labels` are computed on first use: a plan has thousands of flights.
     """
 
     suite: SuiteConfig
@@ -94,13 +94,13 @@ class Flight:
 
     @property
     def name(self) -> str:
-        """A name for the flight's file that says nothing about it."""
+        """A name for the flight's file that reveals nothing about it."""
         text = f'{self.suite.name}/{self.seed}/{self.machine}/{self.number}'
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @functools.cached_property
     def scenario(self) -> Scenario:
-        """The flight as a scenario, which runs by itself too."""
+        """The flight as a scenario, which can also run on its own."""
         suite, rotor, grid = self.suite, self.rotor, self.grid
         draw = self._draw(0)
         return Scenario.from_mapping(
@@ -133,7 +133,7 @@ class Flight:
 
     @functools.cached_property
     def labels(self) -> dict[str, Any]:
-        """What a detector must not know, flat."""
+        """Labels that a detector must not know, as a flat mapping."""
         rotor, grid = self.rotor, self.grid
         return {
             'group': rotor.group,
@@ -214,7 +214,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Machine:
-    """A virtual machine: its reference flights, then its tests in an order that says nothing."""
+    """A virtual machine: its reference flights, then its tests in an order that reveals nothing."""
 
     number: int
     split: str
@@ -236,7 +236,7 @@ def plan_suite(name: str | SuiteConfig, seed: int = 0) -> tuple[Machine, ...]:
 
 
 def batches(machines: Sequence[Machine]) -> Iterator[tuple[Machine, ...]]:
-    """Yield up to LANES machines at a time whose flights have the same durations in one order."""
+    """Yield up to LANES machines at a time whose flights have the same durations, in order."""
     for _, alike in itertools.groupby(machines, _durations):
         yield from itertools.batched(alike, LANES)
 
@@ -281,7 +281,7 @@ class _Planner:
             yield Machine(rotor.number, self._group.split, flights)
 
     def _grid(self, per_machine: int, cracks: Sequence[float]) -> list[Grid]:
-        """Return the group's tests that are healthy, or cracked, machine after machine."""
+        """Return the group's cracked tests, or healthy ones without `cracks`, by machine."""
         suite, ladder = self._suite, cracks or (0.0,)
         factors = (ladder, self._families, suite.speed_programs, suite.confounders)
         rows = balanced(
@@ -350,7 +350,7 @@ class _Planner:
 
 
 def _load_labels(scenario: Scenario) -> dict[str, float]:
-    """Return the least and the greatest load factor of a flight, and how far they lie apart."""
+    """Return the least and the greatest load factor of a flight, and their difference."""
     factors = load_grid(scenario.maneuver, scenario.duration_s)[:, 0] / GRAVITY_M_S2
     least, greatest = float(factors.min()), float(factors.max())
     return {

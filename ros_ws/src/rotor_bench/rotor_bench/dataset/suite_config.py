@@ -31,7 +31,7 @@ SHORTEST_FLIGHT_S = 10.0
 
 
 def respelt(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a suite, or a row of the manifest, with `maneuver` for what was once `manoeuvre`."""
+    """Return a suite, or a row of the manifest, with the old key `manoeuvre` as `maneuver`."""
     return {'maneuver' if key == 'manoeuvre' else key: value for key, value in data.items()}
 
 
@@ -87,7 +87,7 @@ class Reference(ConfigModel):
 
 
 class MachineDraws(ConfigModel):
-    """What tells one machine from another."""
+    """What differs from machine to machine."""
 
     speed_rad_s: Range = _range('nominal speed', 'rad/s', ge=50.0, le=1000.0)
     eccentricities_m: tuple[float, ...] = _levels('eccentricity ladder, m')
@@ -191,7 +191,7 @@ class ManeuverDraws(ConfigModel):
 
 
 class SuiteConfig(ConfigModel):
-    """Everything that the plan of a suite depends on, next to its seed."""
+    """Everything that the plan of a suite depends on, besides its seed."""
 
     name: str = pydantic.Field(
         pattern='^[A-Za-z0-9_-]+$', description='short name of letters, digits, _ and -'
@@ -252,7 +252,7 @@ class SuiteConfig(ConfigModel):
 
     @classmethod
     def from_mapping(cls, data: Mapping[str, Any], where: str = '') -> Self:
-        """Return the suite for plain data, those of an older data set too."""
+        """Return the suite from plain data, also from those of an older data set."""
         return super().from_mapping(respelt(data), where)
 
     def families_of(self, *, held_out: bool) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ _SHAFT = ('shaft',)
 
 
 Row = dict[str, Any]
-"""What the manifest says about one flight: its file and its labels."""
+"""The row of one flight in the manifest: its file and its labels."""
 
 
 def file_of(flight: Flight) -> str:
@@ -40,11 +40,11 @@ def write_flights(
 ) -> list[Row]:
     """Fly equally long flights in lock-step and write a file for each into the data set `folder`.
 
-    Files appear under their names when all of them are whole; returns their rows of the manifest.
-    `versions` go into the files: they are those of the process that asked, so that the bytes do not
-    depend on who writes.
+    Files get their names when all of them are whole; returns their rows of the manifest.
+    `versions`, stored in the files, are those of the calling process, so that the bytes do not
+    depend on the worker.
 
-    Raises RigError where a flight cannot be flown or written; no file has appeared then.
+    Raises RigError if a flight cannot be flown or written; then there is no new file.
     """
     (folder / FLIGHTS).mkdir(parents=True, exist_ok=True)
     (folder / UNFINISHED).mkdir(exist_ok=True)
@@ -85,12 +85,12 @@ def _row(flight: Flight, path: Path) -> Row:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what interrupted writers left."""
+    """Remove the files that interrupted writers left."""
     shutil.rmtree(folder / UNFINISHED, ignore_errors=True)
 
 
 class _FlightFile:
-    """Writes what the simulator says about one flight, block after block."""
+    """Writes the simulator's output for one flight, block after block."""
 
     def __init__(self, flight: Flight, path: Path, versions: Mapping[str, str]) -> None:
         scenario = flight.scenario
@@ -114,7 +114,7 @@ class _FlightFile:
         self._writer.close()
 
     def write(self, block: SimulatedBlock) -> None:
-        """Write the messages of one block: the load up to its end, what it holds, the truth."""
+        """Write the messages of one block: the load up to its end, waveform, shaft and truth."""
         stamp_ns = sample_stamp_ns(self._epoch_ns, block.first_sample, self._rate_hz)
         end = block.first_sample + len(block.rows)
         end_ns = sample_stamp_ns(self._epoch_ns, end, self._rate_hz)

@@ -51,12 +51,12 @@ class Anonymiser:
             values = rows.view(BY_TYPE)[part]
             missing = np.isnan(values)
             if missing.any():
-                values[missing] = math.nan  # a NaN has 51 bits that could tell something
+                values[missing] = math.nan  # a NaN has 51 bits that could carry information
         return WaveformBlock(sample_stamp_ns(0, since, self._rate_hz), rows, ROTOR_FRAME)
 
     @staticmethod
     def _listed(block: WaveformBlock) -> NDArray[np.void]:
-        """Return a copy of the columns on the list."""
+        """Return a copy of the columns of WAVEFORM_DTYPE."""
         if block.rows.dtype == WAVEFORM_DTYPE:
             return np.array(block.rows)
         rows = np.full(len(block.rows), math.nan, WAVEFORM_DTYPE)

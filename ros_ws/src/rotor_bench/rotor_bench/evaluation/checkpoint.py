@@ -60,7 +60,7 @@ def _package(name: str) -> Path:
 
 
 def _digest(places: Iterable[Path]) -> str:
-    """Return the SHA-256 of files, and of all files in folders but what Python compiles."""
+    """Return the SHA-256 of files, and of all files in folders except compiled Python."""
     digest = hashlib.sha256()
     for place in places:
         for path in [place] if place.is_file() else sorted(place.rglob('*')):
@@ -79,19 +79,19 @@ class Parts:
     key: str
 
     def clean(self) -> tuple[int, int]:
-        """Throw away what is of no use; return how many flights are kept, how many parts gone."""
+        """Remove parts of another key; return the numbers of flights kept and of parts removed."""
         kept = gone = 0
         for path in self._files():
             part = self._read(path)
             if part is None:
                 path.unlink()
-                gone += path.suffix == '.json'  # not what a killed run was writing
+                gone += path.suffix == '.json'  # not the file of a killed run
             else:
                 kept += len(part['flights'])
         return kept, gone
 
     def load(self, flights: Sequence[Flight]) -> Evaluated | None:
-        """Return what is kept about flights that go in lock-step, None where they must be flown."""
+        """Return the stored results of flights in lock-step, None if they must be flown."""
         part = self._read(self._path(flights))
         if part is None:
             return None
@@ -99,7 +99,7 @@ class Parts:
         return Evaluated(results, part['isolation'], part['alarm_scores'])
 
     def store(self, flights: Sequence[Flight], part: Evaluated) -> None:
-        """Keep what was said about flights; raises ConfigError where the disk does not take it."""
+        """Store the results of flights; raises ConfigError if they cannot be written."""
         content = {
             'key': self.key,
             'isolation': part.isolation,
@@ -116,7 +116,7 @@ class Parts:
             ) from None
 
     def remove(self) -> None:
-        """Remove the parts, and their folder unless something else lies there."""
+        """Remove the parts, and their folder unless it holds something else."""
         for path in self._files():
             path.unlink()
         with contextlib.suppress(OSError):

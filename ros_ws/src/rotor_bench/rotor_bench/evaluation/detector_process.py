@@ -5,10 +5,10 @@
 `python -m rotor_bench.evaluation.detector_process` is the server: started with a clean
 environment and an empty folder, it loads what most detectors need, and never runs a line of the
 code under test. It forks a keeper for each fit and each flight under test, in namespaces of its
-own, and the keeper forks the process of the detector. That one closes itself in (`walls`) before
-it loads the detector. What fit has learnt goes to every flight as the same bytes, and nothing else
-passes from one process to another. The keeper ends all that is below it when the detector or the
-evaluation is gone. The parent of the server is `isolation`.
+own, and the keeper forks the process of the detector. That process restricts itself (`walls`)
+before it loads the detector. The fitted detector goes to every flight as the same bytes, and
+nothing else passes from one process to another. The keeper ends all processes below it when the
+detector or the evaluation is gone. The parent of the server is `isolation`.
 """
 
 import contextlib
@@ -53,12 +53,12 @@ SIMULATOR = (
     'maneuver_gen', 'rotor_bench', 'rotor_bringup', 'rotor_dynamics', 'rotor_rig', 'rotor_sim'
 )  # fmt: skip
 PROBE, FIT, FLIGHT = 'probe', 'fit', 'flight'
-"""What a process is for; a probe only says which walls stand around it."""
+"""Purpose of a process; a probe only reports which restrictions (walls) are in force."""
 _PR_SET_PDEATHSIG = 1
 
 
 def die_with_parent() -> None:
-    """Ask Linux to kill this process when the one that started it is gone."""
+    """Ask Linux to kill this process when its parent has ended."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
@@ -66,8 +66,8 @@ def main() -> None:
     """Serve the orders on standard input, a socket, until it is closed."""
     die_with_parent()
     control = socket.socket(fileno=0)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the evaluation, which ends us
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for the keepers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the evaluation handles Ctrl-C
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are not waited for: no zombies
     walls.adopt()
     folder = Path.cwd()
     shared = walls.enter_shared()
@@ -88,7 +88,7 @@ def main() -> None:
 
 
 def _warm_up() -> None:
-    """Load and compile what our own detectors need, once: the forks cannot keep it in files."""
+    """Load and compile once what our own detectors need: the forks cannot cache it in files."""
     rate_hz = 4096
     rows = np.zeros(3 * rate_hz, WAVEFORM_DTYPE)
     samples = np.arange(len(rows))
@@ -103,7 +103,7 @@ def _warm_up() -> None:
         block = WaveformBlock(0, rows.copy())
         for point in entry_points(group=GROUP):
             if not point.module.startswith(f'{OURS}.'):
-                continue  # what others wrote must not run where nothing is closed
+                continue  # code of others must not run without restrictions
             with contextlib.suppress(Exception):  # it will fail again where failures count
                 detector = point.load()()
                 detector.fit([[block]])
@@ -111,7 +111,7 @@ def _warm_up() -> None:
 
 
 def _run(work: Callable[[], None], *, keep: Collection[int]) -> NoReturn:
-    """Do `work` in a process just forked, with no descriptors open but `keep`, and end it."""
+    """Do `work` in a newly forked process with only the descriptors `keep` open, and end it."""
     code = 1
     try:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
@@ -138,7 +138,7 @@ def _start(
 
 
 def _keep(order: dict[str, Any], stream: int, leash: int, folder: Path, known: walls.Walls) -> None:
-    """Start the detector; when it or the other end of the leash is gone, end all below."""
+    """Start the detector; end all processes below once it or the leash's other end is gone."""
     walls.adopt()
     process = os.fork()
     if not process:
@@ -151,7 +151,7 @@ def _keep(order: dict[str, Any], stream: int, leash: int, folder: Path, known: w
 
 
 def _detect(order: dict[str, Any], stream: int, folder: Path, known: walls.Walls) -> None:
-    """Close this process in, make the detector, and fit it or judge a flight by it."""
+    """Restrict this process, make the detector, and fit it or judge a flight with it."""
     die_with_parent()
     with socket.socket(fileno=stream) as connection, contextlib.suppress(OSError):
         _settle_in(folder)
@@ -181,7 +181,7 @@ def _detect(order: dict[str, Any], stream: int, folder: Path, known: walls.Walls
 
 
 def _simulator() -> list[Path]:
-    """Return where the packages lie with which a detector could fly its flight again."""
+    """Return the folders of the packages with which a detector could simulate its flight."""
     specs = map(importlib.util.find_spec, SIMULATOR)
     return [Path(spec.origin).parent for spec in specs if spec and spec.origin]
 
@@ -196,7 +196,7 @@ def _settle_in(folder: Path) -> None:
 
 
 def _save_no_machine_code() -> None:
-    """Let numba go on where it cannot store what it has compiled beside a package's source."""
+    """Make numba ignore that it cannot cache compiled code beside a package's source."""
     caching = sys.modules.get('numba.core.caching')
     if caching is None:
         return
@@ -215,7 +215,7 @@ def _drain(connection: socket.socket) -> None:
 
 
 def _fit(target: str, connection: socket.socket) -> None:
-    """Make a detector, fit it, and hand back what it has learnt."""
+    """Make a detector, fit it, and send back the fitted detector."""
     detector = check_detector(load_detector(target)(), target)
     pipe_protocol.send_reply(connection, pipe_protocol.MADE, float(detector.alarm_score), '')
     flights = _Flights(connection)
@@ -223,7 +223,7 @@ def _fit(target: str, connection: socket.socket) -> None:
     flights.pass_over()
     try:
         learnt = pickle.dumps(detector)
-    except Exception as error:  # noqa: BLE001 - as what it has learnt may raise anything
+    except Exception as error:  # noqa: BLE001 - pickling a detector may raise anything
         raise MonitorError(
             f'{last_line(error)}: what it has learnt cannot be copied to its flights; keep what '
             'pickle can store in the detector'
@@ -236,7 +236,7 @@ def _fit(target: str, connection: socket.socket) -> None:
 
 
 class _Flights:
-    """The reference flights of a stream; what is not read of one is passed over."""
+    """The reference flights of a stream; blocks that are not read are skipped."""
 
     def __init__(self, connection: socket.socket) -> None:
         self._connection = connection
@@ -258,7 +258,7 @@ class _Flights:
         self._ended = got == pipe_protocol.END_OF_STREAM
 
     def pass_over(self) -> None:
-        """Pass over what is still to come."""
+        """Skip all blocks that are still to come."""
         if not self._ended:
             _drain(self._connection)
 
@@ -269,7 +269,7 @@ def _with_first(first: WaveformBlock, others: Iterator[WaveformBlock]) -> Iterat
 
 
 def _judge(detector: Detector, connection: socket.socket) -> None:
-    """Answer every block; the evidence goes along where the score is the largest so far."""
+    """Answer every block; the evidence is sent if the score is the largest so far."""
     best = -math.inf
     while isinstance(block := pipe_protocol.receive_block(connection), WaveformBlock):
         verdict = detector.push(block)
@@ -280,7 +280,7 @@ def _judge(detector: Detector, connection: socket.socket) -> None:
 
 
 def checked_score(verdict: Any) -> float:
-    """Return the score of a verdict; raises TypeError or ValueError where it is none."""
+    """Return the score of a verdict; raises TypeError or ValueError if it is invalid."""
     if not isinstance(verdict, Verdict) or not isinstance(verdict.evidence, str):
         raise TypeError(f'push returned {type(verdict).__name__}, not a Verdict with a text')
     score = float(verdict.score)
@@ -290,7 +290,7 @@ def checked_score(verdict: Any) -> float:
 
 
 def last_line(error: BaseException) -> str:
-    """Return the last line of a traceback and where in the code it was."""
+    """Return the last line of a traceback and its place in the code."""
     line = traceback.format_exception_only(error)[-1].strip()
     frames = traceback.extract_tb(error.__traceback__)
     return f'{line} ({Path(frames[-1].filename).name}:{frames[-1].lineno})' if frames else line

@@ -29,16 +29,16 @@ END_S = 10.0
 
 
 LAST_WORDS_S = 1.0
-"""How long what a process said before it was gone is read."""
+"""How long the last replies of a process that is gone are read."""
 
 
 class Stream:
     """Blocks to a detector, verdicts back; a failure ends it and is never raised.
 
-    `verdicts` holds what has come back and has not been taken: (number of the block, score,
-    evidence, '' where the score is not the largest so far). `walls` are those around the process,
-    which must be the `expected` ones where these are given; `is_made` says whether there is a
-    detector in it, `alarm_score` is its own, `learnt` what a fit has handed back.
+    `verdicts` holds those not taken yet: (number of the block, score, evidence, '' where the score
+    is not the largest so far). `walls` are the restrictions of the process, which must be the
+    `expected` ones if these are given; `is_made` says whether its detector is made, `alarm_score`
+    is the detector's, `learnt` the bytes of the detector after a fit.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class Stream:
         self.verdicts: collections.deque[tuple[int, float, str]] = collections.deque()
 
     def teach(self, learnt: bytes) -> None:
-        """Send what was learnt in a fit, before the first block of a flight under test."""
+        """Send the fitted detector, before the first block of a flight under test."""
         with self._failing(START_S):
             self._connection.settimeout(START_S)
             pipe_protocol.send_learnt(self._connection, learnt)
 
     def begin(self) -> None:
-        """Wait until the process is closed in and its detector is made."""
+        """Wait until the process is restricted and its detector is made."""
         with self._failing(START_S):
             self._await(lambda: self.is_made, START_S)
 
@@ -97,7 +97,7 @@ class Stream:
         self._end(pipe_protocol.END_OF_FLIGHT)
 
     def finish(self) -> None:
-        """Send the end, wait for what is still to come, and end the process."""
+        """Send the end, wait for the last replies, and end the process."""
         self._await_verdict()
         self._ended = True
         self._end(pipe_protocol.END_OF_STREAM)
@@ -124,7 +124,7 @@ class Stream:
         return not (self._done or self.failure)
 
     def _await_verdict(self) -> None:
-        """Wait for the verdict on the last block; of a fit take what is there."""
+        """Wait for the verdict on the last block; of a fit, take the replies that have come."""
         with self._failing(self._silence_s):
             if self._is_fit:
                 while self._is_open() and self._has_news(0.0):
@@ -133,7 +133,7 @@ class Stream:
                 self._await(lambda: self._judged == self._blocks, self._silence_s)
 
     def _await(self, is_there: Callable[[], bool], limit_s: float) -> None:
-        """Take replies until something is there; however slowly they drip, the limit holds."""
+        """Take replies until `is_there()`; the time limit is for all of them together."""
         until = time.monotonic() + limit_s
         while self._is_open() and not is_there():
             left_s = until - time.monotonic()
@@ -150,7 +150,7 @@ class Stream:
         except TimeoutError:
             self.failure = f'it did not answer within {limit_s:g} s'
         except OSError:
-            with contextlib.suppress(OSError):  # it is gone; what it said before counts
+            with contextlib.suppress(OSError):  # the process is gone; its last replies count
                 self._await(lambda: not self._has_news(0.1), LAST_WORDS_S)
             if self._is_open():
                 self.failure = 'its process died'
@@ -172,11 +172,11 @@ class Stream:
             self.failure = f'it broke the rules of the exchange: {error}'
 
     def _accept(self, reply: pipe_protocol.Reply) -> None:
-        """Take a reply that is due; any other is the failure of the detector."""
+        """Take a reply that is expected; any other is a failure of the detector."""
         if reply.kind == pipe_protocol.WALLS and not self.walls:
             self.walls = json.loads(reply.data)  # sent before any code under test is loaded
             if self._expected is not None and self.walls != self._expected:
-                self.failure = f'its process could not be closed in: {walls_text(self.walls)}'
+                self.failure = f'its process could not be isolated: {walls_text(self.walls)}'
         elif reply.kind == pipe_protocol.FAILED:
             self.failure = reply.text or 'it failed without a word'
         elif reply.kind == pipe_protocol.MADE and not self.is_made:

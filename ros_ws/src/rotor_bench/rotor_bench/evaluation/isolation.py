@@ -4,8 +4,8 @@
 
 The processes are forked from a server that was started afresh with a clean environment, before it
 could hear of anything, so they inherit no memory, argument, variable, descriptor or folder of the
-evaluation. Each fit and each flight under test has a fresh one, closed in by the `walls` that this
-machine can put up.
+evaluation. Each fit and each flight under test has a fresh one, with the restrictions (`walls`)
+that this machine allows.
 """
 
 import importlib.machinery
@@ -29,7 +29,7 @@ from rotor_common.errors import ConfigError, ProcessError
 from vibration_monitor.detectors.protocol import detector_target
 
 SILENCE_S = 60.0
-"""A detector that takes longer over a block, or over what its fit does at the end, has failed."""
+"""Longest time that a detector may take for a block, or for the end of its fit."""
 
 _SYSTEM = ('/lib', '/lib64', '/usr/lib', '/usr/lib64', '/usr/local/lib', '/usr/share/zoneinfo',
            '/etc/ld.so.cache', '/etc/localtime', '/dev/urandom')  # fmt: skip
@@ -39,7 +39,7 @@ _ENVIRONMENT = {
     'PATH': os.defpath,
     'PYTHONDONTWRITEBYTECODE': '1',
     'PYTHONHASHSEED': '0',
-    # one core a detector, and a fork that no thread pool survives in halves
+    # one core per detector, and no thread pool that a fork would break
     **dict.fromkeys(
         ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMBA_NUM_THREADS'), '1'
     ),
@@ -48,10 +48,10 @@ _ENVIRONMENT = {
 
 
 class Code:
-    """Where the code of a detector lies: `target` to load, `read` and `path` to read it from.
+    """Location of a detector's code: `target` to load, `read` and `path` to read it from.
 
-    A module that lies among the packages of Python is read there. Any other is copied, so that
-    nothing that lies beside it is seen; the current folder is looked into as well.
+    A module among the packages of Python is read there. Any other is copied, so that the files
+    beside it are not visible; the current folder is searched as well.
     """
 
     def __init__(self, name: str, copies: Path) -> None:
@@ -118,7 +118,7 @@ def readable() -> list[Path]:
 class Sandbox:
     """The server that forks the processes of detectors; end it by `close` or as a context.
 
-    `walls` are those around every one of them.
+    `walls` are the restrictions of each of these processes.
     """
 
     def __init__(self, parent: Path, silence_s: float = SILENCE_S) -> None:
@@ -158,7 +158,7 @@ class Sandbox:
             raise
 
     def _received(self) -> bytes:
-        """Return what the server says, nothing where it dies or says nothing in time."""
+        """Return the server's answer, b'' if it dies or does not answer in time."""
         try:
             return self._control.recv(LONGEST_ORDER)
         except OSError:
@@ -178,11 +178,11 @@ class Sandbox:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def code(self, name: str) -> Code:
-        """Return where the code of a detector lies; raises as `Code`."""
+        """Return the location of a detector's code; raises as `Code`."""
         return Code(name, self._folder / 'code' / name.replace(':', '_'))
 
     def check_secret(self, place: Path, codes: Iterable[Code]) -> None:
-        """Raise ConfigError where a folder that the detectors may read holds `place`."""
+        """Raise ConfigError if a folder that the detectors may read holds `place`."""
         secret = place.resolve()
         for folder in [*readable(), *(code.origin for code in codes)]:
             if secret.is_relative_to(folder.resolve()):
@@ -191,7 +191,7 @@ class Sandbox:
                 )
 
     def start(self, code: Code) -> 'DetectorProcess':
-        """Make a detector of its own for one machine, in a process that can be fitted."""
+        """Make the detector of one machine, in a process that can be fitted."""
         return DetectorProcess(self, code)
 
     def open(self, kind: str, code: Code | None = None) -> Stream:
@@ -227,8 +227,8 @@ class Sandbox:
 class DetectorProcess:
     """The detector of one machine: a process that is fitted, then a fresh one for each flight.
 
-    `alarm_score` is the detector's own. `failure` says in a sentence why it can do nothing more,
-    '' while it can.
+    `alarm_score` is the detector's own. `failure` says in a sentence why it cannot go on, '' while
+    it can.
     """
 
     def __init__(self, sandbox: Sandbox, code: Code) -> None:
@@ -236,7 +236,7 @@ class DetectorProcess:
         self._code = code
         self._fit = self._stream = sandbox.open(FIT, code)
         self._fit.begin()
-        # made, it may have failed in its fit by now, which is for the stream to say
+        # once it is made, the stream reports a failure of its fit
         self.failure: str = '' if self._fit.is_made else self._fit.failure
         self.alarm_score = self._fit.alarm_score
 

@@ -44,22 +44,22 @@ class _PathBeneath(ctypes.Structure):
 
 
 def version() -> int:
-    """Return the version of Landlock that this kernel speaks, 0 for none."""
+    """Return the version of Landlock that this kernel supports, 0 for none."""
     return max(0, int(_LIBC.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION)))
 
 
 def gain_no_privileges() -> None:
-    """Let this process, and what it starts, gain none by a program; raises OSError."""
+    """Keep this process and its children from gaining privileges by exec; raises OSError."""
     _checked(_LIBC.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
 
 
 def restrict(read: Iterable[Path], write: Iterable[Path], hide: Collection[Path] = ()) -> int:
     """Let this thread, and what it forks, read below `read` and read and write below `write`.
 
-    No file below `hide` can be read, wherever it lies below `read`. Nothing else of the file
-    system can be opened, /proc included, nothing can be executed, and where the kernel knows how:
-    no TCP, no signals to and no tracing of processes outside. There is no way back. Paths that do
-    not exist are left out. Return the version, 0 where the kernel has no Landlock: then nothing is
+    No file below `hide` can be read, even where that is below `read`. Nothing else of the file
+    system can be opened, /proc included, nothing can be executed, and where the kernel supports it:
+    no TCP, no signals to and no tracing of processes outside. This cannot be undone. Paths that do
+    not exist are left out. Return the version, 0 if the kernel has no Landlock: then nothing is
     restricted.
 
     Raises:
@@ -91,9 +91,9 @@ def restrict(read: Iterable[Path], write: Iterable[Path], hide: Collection[Path]
 
 
 def _around(path: str, hidden: Collection[str]) -> Iterator[tuple[str, int]]:
-    """Yield what to allow for reading below `path` except `hidden`: rules can only allow.
+    """Yield the rules for reading below `path` except `hidden`: rules can only allow.
 
-    Strings, as every process of a detector does this for every package installed.
+    Paths are strings, for speed: every detector's process does this for every installed package.
     """
     below = os.path.join(path, '')  # noqa: PTH118 - ends with /
     if any(below.startswith(one + os.sep) for one in hidden):
@@ -104,7 +104,7 @@ def _around(path: str, hidden: Collection[str]) -> Iterator[tuple[str, int]]:
     yield path, _READ_DIR
     with os.scandir(path) as entries:
         for entry in entries:
-            if not entry.is_symlink():  # what it leads to is allowed, or not, at its own place
+            if not entry.is_symlink():  # its target is allowed, or not, under its own path
                 yield from _around(entry.path, hidden)
 
 

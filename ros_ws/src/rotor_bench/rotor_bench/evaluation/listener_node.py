@@ -29,10 +29,10 @@ from vibration_monitor.detection import Level
 
 LOOK_S = 0.05
 QUIET_S = 1.0
-"""A node may still speak for so long after the last block, and after what it said last."""
+"""A node may still publish for this long after the last block, and after its last message."""
 _SAID = ('diagnostic_msgs/msg/DiagnosticArray', 'std_msgs/msg/Float64')
 LONGEST_AFTER_S = 5.0
-"""A node that speaks by a timer never falls silent: after so long the flight is over anyway."""
+"""A node that publishes by a timer never falls silent: after this time the flight is over."""
 PATIENCE_S = 15.0
 """How long a node may take until it publishes the topic and listens to the waveform."""
 
@@ -42,7 +42,7 @@ MOST_SAID = 100_000
 
 
 class ListenerNode(ReplayNode):
-    """Replays, once somebody who publishes the topic listens, and notes what is published."""
+    """Replays once a node that publishes the topic listens, and records what it publishes."""
 
     def __init__(self, file: Path, topic: str, rate: float) -> None:
         options = ReplayOptions(
@@ -103,10 +103,10 @@ class ListenerNode(ReplayNode):
 
 
 def dated(stamp_ns: int, clock_ns: int) -> int:
-    """Return the time of what was said with a stamp when /clock was at a time, both in ns.
+    """Return the time of a message with `stamp_ns` that was heard when /clock was `clock_ns`.
 
-    A stamp that was never set, or lies before that, does not date it back; one that lies outside
-    every flight stays so, to be seen.
+    A stamp of 0, or one before the clock, does not date it back; a negative one is kept, so that
+    it is reported as outside the flight.
     """
     return stamp_ns if stamp_ns < 0 else max(stamp_ns, clock_ns)
 

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 RISE_S = 1.0
-"""Distance of the entries of `rises`."""
+"""Time between the entries of `rises`."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class FlightResult:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """The flights under test, how the detectors were shut off, and where they raise an alarm."""
+    """The flights under test, the isolation of the detectors, and their alarm scores."""
 
     flights: list[FlightResult]
     isolation: str
@@ -93,7 +93,7 @@ class Watch:
         self._rises: list[tuple[float, float]] = []
 
     def take(self, said_s: float, holds_s: float, score: float, evidence: str) -> None:
-        """Take a verdict: when it was said, for how long it counts; NaN leaves all as it was."""
+        """Take a verdict, its time, and for how long it holds; a score of NaN changes nothing."""
         if math.isnan(score):
             return
         self._judged_s += holds_s
@@ -110,7 +110,7 @@ class Watch:
             self._rises.append((said_s, score))
 
     def outcome(self, failure: str = '') -> Outcome:
-        """Return what remains of the flight."""
+        """Return the outcome of the flight."""
         return dataclasses.replace(
             self._best,
             first_alarm_s=self._first_alarm_s,

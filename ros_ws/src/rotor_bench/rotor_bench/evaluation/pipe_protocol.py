@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The byte protocol between the evaluation and a detector process, over a stream socket.
 
-There: a head (stamp in ns, number of rows) and the rows of a block; 0 rows end a flight, and
-a stamp of -1 then ends the stream. Before a flight under test stands what fit has learnt, its
-length first. Back: a head (kind, score, length) and so many bytes. What comes back is a
-detector's: its size is bounded and its texts are cleaned.
+To the detector: a head (stamp in ns, number of rows) and the rows of a block; 0 rows end a flight,
+and a stamp of -1 then ends the stream. Before a flight under test comes the fitted detector, its
+length first. Back: a head (kind, score, length) and that many bytes. Replies are not trusted:
+their size is bounded and their texts are cleaned.
 """
 
 import socket
@@ -22,8 +22,8 @@ _BLOCK_HEAD = struct.Struct('<qI')
 REPLY_HEAD = struct.Struct('<BdI')
 
 VERDICT, DONE, FAILED, WALLS, MADE, LEARNT = range(6)
-"""Kinds of reply: one for each block; the end; why there are no more; what stands around the
-process; the alarm score of the detector; what fit has learnt."""
+"""Kinds of reply: verdict on a block; end; failure; restrictions of the process; alarm score of
+the detector; fitted detector."""
 
 END_OF_FLIGHT, END_OF_STREAM = 0, -1
 """Stamps of heads without rows."""
@@ -40,7 +40,7 @@ _LEARNT_HEAD = struct.Struct('<Q')
 
 
 class Reply(NamedTuple):
-    """What came back: a score, and evidence, a reason, or what was learnt in `data`."""
+    """A reply: a score, and evidence, a reason, or the fitted detector in `data`."""
 
     kind: int
     score: float
@@ -63,7 +63,7 @@ def one_line(text: str) -> str:
 
 
 def send_block(connection: socket.socket, block: WaveformBlock) -> None:
-    """Send a block whose rows have WAVEFORM_DTYPE and lie in one piece."""
+    """Send a block whose rows have WAVEFORM_DTYPE and are contiguous."""
     head = _BLOCK_HEAD.pack(block.stamp_ns, len(block.rows))
     connection.sendall(head)
     connection.sendall(block.rows.view(np.uint8).data)
@@ -89,7 +89,7 @@ def receive_block(connection: socket.socket) -> WaveformBlock | int:
 
 
 def _receive(connection: socket.socket, size: int) -> bytearray:
-    """Return `size` bytes, none where the other side is gone."""
+    """Return `size` bytes, or none if the other side is gone."""
     data = bytearray(size)
     view = memoryview(data)
     have = 0
@@ -102,13 +102,13 @@ def _receive(connection: socket.socket, size: int) -> bytearray:
 
 
 def send_learnt(connection: socket.socket, learnt: bytes) -> None:
-    """Send what fit has learnt, before the first block of a flight under test."""
+    """Send the fitted detector, before the first block of a flight under test."""
     connection.sendall(_LEARNT_HEAD.pack(len(learnt)))
     connection.sendall(learnt)
 
 
 def receive_learnt(connection: socket.socket) -> bytearray:
-    """Return what fit has learnt; raises ConnectionError where the other side is gone."""
+    """Return the fitted detector; raises ConnectionError if the other side is gone."""
     head = _receive(connection, _LEARNT_HEAD.size)
     learnt = _receive(connection, _LEARNT_HEAD.unpack(head)[0]) if head else head
     if not learnt:

@@ -35,9 +35,9 @@ def report(
     wall_s: float,
     kept: int = 0,
 ) -> dict[str, Any]:
-    """Return everything about an evaluation as plain data: where from, statistics, flights.
+    """Return everything about an evaluation as plain data: origin, statistics, flights.
 
-    `wall_s` is the time of the last run, into which `kept` flights were taken from earlier ones.
+    `wall_s` is the time of the last run, which took `kept` flights from earlier ones.
     """
     return {
         'suite': suite,
@@ -91,7 +91,7 @@ def save(content: Mapping[str, Any], folder: Path) -> None:
 
 
 def tables(content: Mapping[str, Any]) -> list[Table]:
-    """Return what a person wants to see first."""
+    """Return tables of the main results."""
     found: Mapping[str, Mapping[str, Any]] = content['detectors']
     head = folding_table('', *found)
     columns = [cells(numbers) for numbers in found.values()]
@@ -115,7 +115,7 @@ def columns_of(detectors: Mapping[str, Mapping[str, Any]], factor: str) -> set[s
 
 
 def cells(numbers: Mapping[str, Any]) -> dict[str, str]:
-    """Return the first numbers of a detector, by what they are."""
+    """Return the main numbers of a detector as texts, by name."""
     smallest = numbers['smallest_crack']['0 false alarms per hour']
     growth = numbers['growth']['own alarm']
     found = f'{growth["found_before_goal"]} of {growth["time_s"]["flights"]}'

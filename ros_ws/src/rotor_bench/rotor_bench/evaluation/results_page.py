@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def filled(text: str, content: Content) -> str:
-    """Return a page with the results between its marks; raises DatasetError where they lack."""
+    """Return a page with the results between its marks; raises DatasetError if it has no marks."""
     if BEGIN not in text or END not in text:
         raise DatasetError(f'the page has no place for results, {BEGIN} to {END}')
     before, after = text.split(BEGIN, maxsplit=1)[0], text.split(END)[1]

@@ -32,7 +32,7 @@ from rotor_common.errors import ProcessError, RigError
 from rotor_interfaces.waveform import WaveformBlock
 
 OnFlights = Callable[[int, float], None]
-"""Takes how many flights have been flown now, and their length together in s."""
+"""Takes the number of flights that have just been flown, and their total length in s."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Job:
     source: Source
     folder: Path
     secret: Path | None
-    """What no detector may be able to read: the folder of a stored suite."""
+    """Folder that no detector may read: that of a stored suite."""
     silence_s: float = SILENCE_S
     parts: Parts | None = None
     """Where finished flights are kept."""
@@ -66,14 +66,14 @@ def evaluate(
         machines: of a suite; those flown together are found by `dataset.suite.batches`.
         detectors: names or module:Class.
         source: of the blocks.
-        jobs: processes that fly; each detector of each machine has a process besides.
+        jobs: processes that fly; each detector of each machine has one more process.
         secret: folder that the detectors must not be able to read.
         silence_s: longest time that a detector may take to answer.
         parts: where finished flights are kept, and taken from instead of being flown again.
         on_flights: is told of progress.
 
     Raises:
-        RigError: a detector that is not there, a flight that cannot be flown, a worker that died.
+        RigError: a detector is not found, a flight cannot be flown, or a worker died.
 
     """
     with tempfile.TemporaryDirectory(prefix='rig-', ignore_cleanup_errors=True) as folder:
@@ -87,7 +87,7 @@ def evaluate(
 
 
 def joined(parts: Sequence[Evaluated]) -> Evaluated:
-    """Return parts as one, the outcomes of a flight together."""
+    """Return parts as one, with all outcomes of a flight merged."""
     flights: dict[tuple[int, int], FlightResult] = {}
     scores: dict[str, float] = {}
     for part in parts:
@@ -102,10 +102,9 @@ def joined(parts: Sequence[Evaluated]) -> Evaluated:
 
 
 def fly_batch(machines: Sequence[Machine], job: Job, on_flights: OnFlights) -> Evaluated:
-    """Fly machines in lock-step past a process for each detector of each.
+    """Fly machines in lock-step, with a process for each detector of each machine.
 
-    Where parts are kept, those tests are left out that are there; references are flown for the
-    others.
+    Tests whose parts are stored are left out; references are flown for the others.
     """
     kept, rows = [], []
     for row in zip(*(machine.flights for machine in machines), strict=True):
@@ -125,7 +124,7 @@ def fly_batch(machines: Sequence[Machine], job: Job, on_flights: OnFlights) -> E
 def _flown(
     rows: Sequence[Sequence[Flight]], job: Job, on_flights: OnFlights
 ) -> Iterator[Evaluated]:
-    """Yield what detectors say about each row of flights in lock-step, once that is kept."""
+    """Yield the results of each row of flights in lock-step, once they are stored."""
     with contextlib.ExitStack() as stack:
         sandbox = stack.enter_context(Sandbox(job.folder, job.silence_s))
         codes = {name: sandbox.code(name) for name in job.detectors}
@@ -189,7 +188,7 @@ def _opened(
 def _finish_fits(
     processes: Sequence[dict[str, DetectorProcess]], fits: Sequence[dict[str, Stream]]
 ) -> None:
-    """Wait until every detector is fitted; one that fails to has failed for good."""
+    """Wait until every detector is fitted; one whose fit fails has failed for all flights."""
     for of_machine, streams in zip(processes, fits, strict=True):
         for name, stream in streams.items():
             stream.finish()
@@ -262,7 +261,7 @@ class _Test(_Listener):
             self._watches[name].take(end_s, end_s - start_s, score, evidence)
 
     def result(self) -> FlightResult:
-        """Return what remains of the flight."""
+        """Return the result of the flight."""
         return FlightResult(
             self.flight.machine,
             self.flight.number,
@@ -279,7 +278,7 @@ class _Test(_Listener):
 def _spread(
     tasks: Sequence[tuple[Machine, ...]], job: Job, workers: int, on_flights: OnFlights
 ) -> list[Evaluated]:
-    """Share the batches out among processes; they know everything, unlike the detectors'."""
+    """Share the batches among worker processes, which know the labels, unlike the detectors'."""
     context = multiprocessing.get_context('spawn')
     waiting: Any = context.Queue()
     news: Any = context.Queue()
@@ -291,7 +290,7 @@ def _spread(
         context.Process(target=_work, args=(waiting, news, job), daemon=True)
         for _ in range(workers)
     ]
-    # Ctrl-C is for this process, which ends the others: they are born deaf to it
+    # this process handles Ctrl-C and ends the others, which inherit a blocked SIGINT
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         for process in processes:

@@ -23,7 +23,7 @@ _DENIED = (
     'shmget', 'shmat', 'shmctl', 'shmdt', 'semget', 'semop', 'semtimedop', 'semctl', 'msgget',
     'msgsnd', 'msgrcv', 'msgctl', 'mq_open', 'mq_unlink', 'add_key', 'request_key', 'keyctl',
     'memfd_create', 'memfd_secret', 'flock', 'connect', 'bind', 'listen',
-    # ways around the other walls
+    # ways around the other restrictions
     'io_uring_setup', 'io_uring_enter', 'io_uring_register', 'mount', 'umount2', 'move_mount',
     'open_tree', 'fsopen', 'fsconfig', 'fsmount', 'fspick', 'mount_setattr', 'pivot_root',
     'chroot', 'setns', 'unshare', 'name_to_handle_at', 'open_by_handle_at', 'fanotify_init',
@@ -48,7 +48,7 @@ class _Comparison(ctypes.Structure):
 
 
 def restrict() -> None:
-    """Deny the calls to this thread and to those that it starts; there is no way back.
+    """Deny the calls to this thread and to those that it starts; this cannot be undone.
 
     They fail with EPERM. Threads can be made, processes cannot.
 
@@ -76,7 +76,7 @@ def restrict() -> None:
     try:
         for name in _DENIED:
             deny(name, errno.EPERM)
-        # a stream of this machine that cannot be connected is the only socket: it leads nowhere
+        # the only socket allowed is a Unix stream socket, which cannot be connected
         deny('socket', errno.EPERM, _Comparison(0, _NOT_EQUAL, _UNIX, 0))
         for kind in range(2, _SOCKET_TYPES + 1):
             deny('socket', errno.EPERM, _Comparison(1, _MASKED_EQUAL, _SOCKET_TYPES, kind))

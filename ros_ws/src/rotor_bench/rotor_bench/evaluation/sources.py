@@ -28,7 +28,7 @@ class Simulated:
     """Flights are simulated as they are needed."""
 
     def fly(self, flights: Sequence[Flight]) -> Iterator[list[WaveformBlock]]:
-        """Yield what the sensors say, block after block."""
+        """Yield the output of the sensors, block after block."""
         for blocks in fly(flights, flights[0].suite.block_samples):
             yield [WaveformBlock(0, block.rows) for block in blocks]
 
@@ -53,7 +53,7 @@ class Stored:
         except RigError:
             raise
         except ValueError:
-            # each is as long as it should be, so what differs is the blocks
+            # each flight has the right length, so the lengths of the blocks differ
             raise DatasetError(
                 f'flights {flights[0].name} to {flights[-1].name} in {self.folder} differ in the '
                 'length of their blocks; make the data set anew by `rotor-rig dataset`'

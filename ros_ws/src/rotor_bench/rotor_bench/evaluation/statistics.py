@@ -23,7 +23,7 @@ REPLICATES = 2000
 
 @dataclass(frozen=True, eq=False)
 class Roc:
-    """Receiver operating characteristic: rates at or above each threshold, which falls.
+    """Receiver operating characteristic: rates at or above each threshold, in falling order.
 
     The first threshold is infinite (nothing found); the last finds everything.
     """
@@ -76,7 +76,7 @@ def auc(
     counting half (Mann and Whitney 1947; Hanley and McNeil 1982). The interval holds the middle
     95 % of `replicates` areas, each over as many machines drawn with replacement, all flights of
     a machine together (cluster bootstrap; Field and Welsh 2007): flights of one machine resemble
-    one another. Where the kinds are separated without exception it has no width and says nothing.
+    one another. If the kinds are separated without exception it has no width and no meaning.
     """
     cracked, healthy = int(positive.sum()), int((~positive).sum())
     if not cracked or not healthy:
@@ -139,7 +139,7 @@ class Rate:
 def poisson_rate(events: int, hours: float) -> Rate:
     """Return the rate of events and its exact one-sided 95 % upper bound.
 
-    The bound is the rate at which so few events or fewer come with 5 % probability:
+    The bound is the rate at which this many events or fewer occur with 5 % probability:
     chi2.ppf(0.95, 2 (events + 1)) / (2 hours) (Garwood 1936); without any event 3.0 / hours.
     """
     if not hours > 0:
@@ -152,7 +152,7 @@ def threshold_at_rate(healthy_scores: Array, hours: float, per_hour: float) -> f
     """Return the lowest threshold that gives at most `per_hour` alarms in healthy flights.
 
     A flight counts once, when its score is at or above the threshold. With `per_hour` 0 it lies
-    just above the highest healthy score. It is finite where every threshold would do, so that
+    just above the highest healthy score. It is finite where every threshold is allowed, so that
     silence is below it, infinite above a failure, and NaN where no healthy flight has a score.
     """
     if np.isnan(healthy_scores).all():
@@ -174,7 +174,7 @@ def smallest_found(
         wanted: the part to be found there and at every level above.
 
     Returns:
-        The level, NaN where not even the highest will do, and (level, flights, part found) of
+        The level, NaN if even the highest is found too rarely, and (level, flights, part found) of
         each, rising.
 
     """
@@ -192,7 +192,7 @@ def smallest_found(
 
 @dataclass(frozen=True)
 class Delays:
-    """Quantiles of something that not every flight reached; a quantile among those is infinite."""
+    """Quantiles of a value that some flights never reach; a quantile among those is infinite."""
 
     flights: int
     reached: int
@@ -204,7 +204,7 @@ class Delays:
 def delays(values: Sequence[float]) -> Delays:
     """Return the quantiles of values; NaN = not reached in the flight, so later than any.
 
-    A quantile is the smallest value that at least that part of all flights is not above.
+    A quantile is the smallest value that at least that part of all flights does not exceed.
     """
     ranked = np.sort(_without_nan(np.asarray(values, dtype=np.float64), math.inf))
     reached = int(np.isfinite(ranked).sum())

@@ -33,8 +33,8 @@ class Chosen:
 def load(suite: str, *, seed: int, split: str, limit: int | None) -> Chosen:
     """Return the machines of a split of a suite, all or `limit` spread over it.
 
-    `suite` is a name, a YAML file, or the folder of a data set, which knows its seed; of that
-    the machines whose every flight is there.
+    `suite` is a name, a YAML file, or the folder of a data set, which has its own seed; of a data
+    set only machines with all their flights are returned.
 
     Raises:
         RigError: a suite that cannot be read, or has no such machine.
@@ -68,7 +68,7 @@ def _description(folder: Path) -> tuple[SuiteConfig, int]:
 
 
 def _complete(folder: Path, machines: Sequence[Machine]) -> list[Machine]:
-    """Return the machines whose every flight is there."""
+    """Return the machines whose flights are all there."""
     there = {row['file'] for row in read_manifest(folder)}
     found = [m for m in machines if all(file_of(flight) in there for flight in m.flights)]
     if not found:

@@ -25,10 +25,10 @@ GOAL_CRACK = 0.03
 GOAL_GROWTH = 0.04
 """A growing crack is to be found before this K."""
 VARYING = 1.0
-"""A flight whose load factor varies by so much is no steady level flight."""
+"""A flight whose load factor varies by this much is no steady level flight."""
 REALISTIC = 'realistic'
 FALSE_ALARMS_PER_HOUR = (0.0, 0.1)
-"""Rates at which the smallest crack is looked for."""
+"""Rates of false alarms for which the smallest crack found is given."""
 SPEED_BANDS_RAD_S = (300.0, 400.0, 500.0)
 
 Flags = NDArray[np.bool_]
@@ -147,10 +147,10 @@ class _Numbers:
         }
 
     def _thresholds(self) -> dict[str, float]:
-        """Return the score of the alarm, and those that keep to a rate of false alarms.
+        """Return the detector's alarm score, and the thresholds for given rates of false alarms.
 
-        The latter are NaN without healthy flights. An alarm that nobody knows, of a detector
-        that could not be made, is infinite: it is never reached.
+        The latter are NaN without healthy flights. The unknown alarm score of a detector that
+        could not be made is infinite: it is never reached.
         """
         healthy = self._usual & ~self._cracked
         hours = float(self._hours[healthy].sum())
@@ -220,7 +220,7 @@ class _Numbers:
     def _growth(self, threshold: float) -> dict[str, Any]:
         """Return when growing cracks were found, how deep they were, and how many decoys were.
 
-        Without a threshold there are no flights to tell of.
+        Without a threshold no flight is counted.
         """
         is_known = not math.isnan(threshold)
         times, depths = [], []

@@ -33,14 +33,14 @@ from rotor_interfaces.waveform import encode
 from rotor_recording.recording import RecordingWriter
 
 ALARM_SCORE = 1.0
-"""Level WARN of a DiagnosticArray; a Float64 is to follow it."""
+"""Level WARN of a DiagnosticArray; a Float64 must have the same scale."""
 
 ISOLATION = (
-    'topic: the node hears anonymous blocks alone, but is a process of its user with no wall '
-    'around it; what it says is dated by the newest block that was out when it was heard'
+    'topic: the node receives anonymous blocks only, but its process is not isolated; its messages '
+    'are dated by the newest block that was published when they were heard'
 )
 SLACK_S = 0.2
-"""A stamp may lie so far behind the end of the flight: a block."""
+"""A stamp may be this much after the end of the flight: one block."""
 STOP_S = 10.0
 MOST_PER_S = 1000.0
 
@@ -76,7 +76,7 @@ def follow(
     """Return what a node says about every flight under test; reference flights are left out.
 
     Raises:
-        ConfigError: security is asked for and cannot be had.
+        ConfigError: security is required but not available.
 
     """
     access.keep_on_this_machine()  # also the node under test
@@ -120,7 +120,7 @@ def _write(flight: Flight, source: Source, file: Path) -> None:
             copy = anonymiser.copy(block)
             data = messages.to_cdr(encode(copy, OFFLINE))
             end_ns = sample_stamp_ns(0, int(copy.rows['sample'][-1]) + 1, rate_hz)
-            writer.write(topics.WAVEFORM, data, end_ns, end_ns)  # it is out when it is whole
+            writer.write(topics.WAVEFORM, data, end_ns, end_ns)  # published when complete
 
 
 @contextlib.contextmanager
@@ -162,7 +162,7 @@ class _Complaint:
 
 
 def _replayed(file: Path, node: Node, folder: Path) -> dict[str, Any]:
-    """Return what `listener_node` wrote; a node that should be running and is not is an error."""
+    """Return what `listener_node` wrote; raises ProcessError if a running node is missing."""
     out = folder / 'said.json'
     done = subprocess.run(
         [
@@ -189,10 +189,10 @@ def _replayed(file: Path, node: Node, folder: Path) -> dict[str, Any]:
 
 
 def watched(said: Sequence[tuple[float, float, str]], duration_s: float, failure: str) -> Outcome:
-    """Return what remains of (time in s, score, reason) in a flight.
+    """Return the outcome of a flight from its messages (time in s, score, reason).
 
-    Each score holds until the next, the last until the flight ends. A stamp that lies outside the
-    flight is a failure: nobody can tell what it means.
+    Each score holds until the next, the last until the flight ends. A stamp outside the flight is
+    a failure: its meaning is unknown.
     """
     watch = Watch(ALARM_SCORE)
     if outside := [time_s for time_s, _, _ in said if not 0 <= time_s <= duration_s + SLACK_S]:

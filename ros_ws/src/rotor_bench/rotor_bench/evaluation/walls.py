@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sandbox of a detector process, and which parts of it this machine lacks.
 
-A `Walls` is {name: why it does not stand}, '' where it stands. Every wall is tried on its own: one
-that the kernel, or a container, does not grant is named in the report and stops nothing.
+A `Walls` maps the name of each restriction to why it is missing, '' where it is in force. Each is
+tried on its own: one that the kernel, or a container, does not allow is named in the report, and
+the evaluation goes on.
 """
 
 import contextlib
@@ -22,16 +23,16 @@ Walls = dict[str, str]
 
 FILES = 'Landlock'
 SHARED = {'users': 0x1000_0000, 'network': 0x4000_0000, 'host name': 0x0400_0000}
-"""Namespaces of all detectors of a server: nothing in them can be talked to."""
+"""Namespaces of all detectors of a server: there is nothing in them to connect to."""
 OWN = {'IPC': 0x0800_0000, 'mounts': 0x0002_0000, 'processes': 0x2000_0000}
 """Namespaces of one process of a detector."""
 
 MEMORY = 2 << 30
-"""Bytes of memory of its own beyond what is loaded before its code is."""
+"""Bytes of memory that a detector may use, beyond what is loaded before its code."""
 ADDRESSES = 8 << 30
-"""Bytes of addresses beyond what is loaded; libraries take many."""
+"""Bytes of address space beyond what is loaded; libraries take much."""
 FILE = 64 << 20
-"""Bytes of one file, and of its folder where that is a file system of its own."""
+"""Largest file in bytes, and size of the detector's folder where that is a tmpfs."""
 FOLDER_FILES = 4096
 OPEN_FILES = 256
 CPU_S = 4 * 3600
@@ -48,7 +49,7 @@ _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def text(walls: Walls) -> str:
-    """Return in words which walls stand and which do not."""
+    """Return in words which restrictions are in force and which are missing."""
     standing = [name for name, lack in walls.items() if not lack]
     names = [name for name in standing if name not in {**SHARED, **OWN}]
     if spaces := [name for name in standing if name not in names]:
@@ -59,7 +60,7 @@ def text(walls: Walls) -> str:
 
 
 def is_weak(isolation: str) -> bool:
-    """Say whether a wall is missing, given the text of the walls."""
+    """Say whether a restriction is missing, given the result of `text`."""
     return FILES not in isolation or 'weak without' in isolation
 
 
@@ -77,7 +78,7 @@ def enter_shared() -> Walls:
 
 
 def enter_own(folder: Path) -> Walls:
-    """Move what this process forks next into namespaces of its own, `folder` into a small one."""
+    """Put the next fork of this process into new namespaces, and `folder` on a small tmpfs."""
     walls: Walls = {}
     for name, flag in OWN.items():
         _try(walls, name, partial(_unshare, flag))
@@ -94,13 +95,13 @@ def _mount_small(folder: Path) -> None:
 
 
 def close_around(read: Iterable[Path], folder: Path, hide: Sequence[Path], known: Walls) -> Walls:
-    """Close this process in: limits, files, capabilities, system calls; there is no way back.
+    """Restrict this process for good: limits, files, capabilities, system calls.
 
     Args:
-        read: what it may read below.
+        read: folders below which it may read.
         folder: where it may write.
-        hide: what it may not read even there.
-        known: the walls that stand by now.
+        hide: folders below `read` that it may not read.
+        known: the restrictions in force already.
 
     """
     walls: Walls = {}
@@ -126,7 +127,7 @@ def _limit(*, own_users: bool) -> None:
         resource.RLIMIT_CPU: CPU_S,
         resource.RLIMIT_CORE: 0,
     }
-    if own_users:  # otherwise everything of this user counts
+    if own_users:  # otherwise all processes of this user count
         limits[resource.RLIMIT_NPROC] = THREADS
     for kind, limit in limits.items():
         _, hard = resource.getrlimit(kind)
@@ -151,7 +152,7 @@ def _drop_capabilities() -> None:
     _LIBC.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0)
     number = 0
     while _LIBC.prctl(_PR_CAPBSET_READ, number, 0, 0, 0) >= 0:
-        # without the right to it nothing can be gained anyway: no new privileges, no programs
+        # if this is not permitted nothing can be gained anyway: no new privileges, no programs
         _LIBC.prctl(_PR_CAPBSET_DROP, number, 0, 0, 0)
         number += 1
     head = _CapabilityHead(_CAPABILITY_VERSION_3, 0)
@@ -190,7 +191,7 @@ def _unshare(flag: int) -> None:
 
 
 def _try(walls: Walls, name: str, build: Callable[[], object]) -> None:
-    """Put up a wall and note whether it stands."""
+    """Apply a restriction and note whether it is in force."""
     try:
         build()
         walls[name] = ''

@@ -11,12 +11,12 @@ from pathlib import Path
 from rotor_recording.errors import ImportFileError
 
 DELIMITERS = {'\t': 'tab', ';': 'semicolon', ',': 'comma', None: 'blanks'}
-"""The first that serves is taken; None is any run of blanks."""
+"""In the order in which they are tried; None is any run of blanks."""
 
 _COMMENT = re.compile(r'(?:^|\s)#.*|^\s*%.*')
 _EXPONENT = r'(?:[eE][-+]?\d+)?'
 _WHOLE = re.compile(rf'[-+]?\d+{_EXPONENT}', re.ASCII)
-# possessive: digits that may belong to either side of a point would be tried in every way
+# possessive quantifiers: otherwise digits beside a point would be tried on either side of it
 _POINT = re.compile(rf'[-+]?(?:\d++(?:\.\d*+)?|\.\d++){_EXPONENT}', re.ASCII)
 _COMMA = re.compile(rf'[-+]?\d*,\d+{_EXPONENT}', re.ASCII)
 _NOT_FINITE = re.compile(r'[-+]?(?:nan|inf|infinity)', re.IGNORECASE | re.ASCII)
@@ -33,7 +33,7 @@ _ENCODINGS = (
 
 
 class Kind(Enum):
-    """What a cell is; numbers as they are written."""
+    """Type of a cell; of numbers, the way they are written."""
 
     EMPTY = 'empty'
     WHOLE = 'whole number'
@@ -45,7 +45,7 @@ class Kind(Enum):
 
     @property
     def is_number(self) -> bool:
-        """Say whether the cell is a sample, perhaps a lost one."""
+        """Say whether the cell is a sample; nan is a lost one."""
         return self in _NUMBERS
 
 
@@ -61,7 +61,7 @@ _PATTERNS = (
 
 
 def kind_of(cell: str) -> Kind:
-    """Return what a cell is."""
+    """Return the type of a cell."""
     if not cell:
         return Kind.EMPTY
     return next((kind for pattern, kind in _PATTERNS if pattern.fullmatch(cell)), Kind.WORD)
@@ -71,7 +71,7 @@ def read_lines(path: Path) -> list[str]:
     """Return the lines of a text in UTF-8, UTF-16 with its mark, or else Latin-1.
 
     Raises:
-        ImportFileError: no text.
+        ImportFileError: it is no text.
         OSError: it cannot be read.
 
     """
@@ -87,7 +87,7 @@ def read_lines(path: Path) -> list[str]:
 
 
 def without_comment(line: str) -> str:
-    """Return the line without what follows #, and nothing of a line that starts with %."""
+    """Return the line up to a # that starts a comment; '' for a line that starts with %."""
     if '#' in line or '%' in line:
         line = _COMMENT.sub('', line)
     return line.strip(' ')

@@ -48,10 +48,10 @@ DISPLACEMENT_UNITS = {'m': 1.0, 'mm': 1e-3, 'um': 1e-6, 'in': 0.0254, 'mil': 25.
 
 @dataclass(frozen=True)
 class ImportPlan:
-    """What is to be made of a file.
+    """How a file is to be converted.
 
-    `channels` are the file's columns by the name of the rig's column; `units` their units by that
-    name, '' for all others: a name, or the number of m or m/s^2 that 1 of the file is.
+    `channels` maps the names of the rig's columns to those of the file; `units` maps them to units,
+    '' to the unit of all others: a name, or the size of the file's unit in m or m/s^2.
     """
 
     path: Path
@@ -69,7 +69,7 @@ class ImportPlan:
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """A converted file: `rows` of all blocks of `rotor/waveform`, and what `rotor/config` says."""
+    """A converted file: `rows` of all blocks of `rotor/waveform`, and content of `rotor/config`."""
 
     rows: NDArray[np.void]
     rate_hz: int
@@ -87,11 +87,11 @@ def convert(plan: ImportPlan) -> Imported:
     """Return the waveform of a file.
 
     Columns: time, sample, angle where it is known, then the channels in SI, float32 as in the
-    contract. What the file does not have is absent. A channel without a unit keeps its numbers
+    contract. Columns that the file lacks are absent. A channel without a unit keeps its numbers
     and is called `unknown` in the configuration.
 
     Raises:
-        ImportFileError: the file or an option does not serve.
+        ImportFileError: the file or an option cannot be used.
 
     """
     _check_names(plan)
@@ -104,7 +104,7 @@ def convert(plan: ImportPlan) -> Imported:
         )
     unused = sorted(set(plan.units) - set(channels) - {''})
     if unused:
-        raise ImportFileError(f'--unit names {unused[0]!r}, which no --channel makes')
+        raise ImportFileError(f'--unit names {unused[0]!r}, which no --channel gives')
     columns = {name: file.column(key) for name, key in channels.items()}
     count = _common_length(plan.path, columns)
     rate_hz, rate_from = _rate(plan, file, count)
@@ -155,7 +155,7 @@ def write(imported: Imported, out: Path) -> None:
 
 
 def check_out(out: Path) -> None:
-    """Raise ImportFileError unless the name ends in .mcap; before the long work."""
+    """Raise ImportFileError unless the name ends in .mcap; called before the long work."""
     if out.suffix != '.mcap':
         raise ImportFileError(f'--out {out} must end in .mcap')
 
@@ -193,7 +193,7 @@ def _common_length(path: Path, columns: Mapping[str, NDArray[np.float64]]) -> in
 
 
 def _rate(plan: ImportPlan, file: ForeignFile, count: int) -> tuple[int, str]:
-    """Return the sample rate and where it is from."""
+    """Return the sample rate and its origin."""
     if plan.time is not None:
         time = file.column(plan.time)
         return _rate_of_time(time, plan.time, count), f'time column {plan.time}'
@@ -239,7 +239,7 @@ def _rate_of_time(time: NDArray[np.float64], name: str, count: int) -> int:
 def _shaft(
     plan: ImportPlan, file: ForeignFile, count: int, rate_hz: int
 ) -> tuple[Shaft | None, str]:
-    """Return the shaft angle and where it is from."""
+    """Return the shaft angle and its origin."""
     if plan.tacho is not None:
         signal = file.column(plan.tacho)
         if len(signal) != count:
@@ -277,7 +277,7 @@ def _speeds(shaft: Shaft | None) -> dict[str, float]:
 
 
 def _unit(plan: ImportPlan, file: ForeignFile, channel: str) -> tuple[str, float]:
-    """Return the unit of a channel in the file, and how many m or m/s^2 it is."""
+    """Return the unit of a channel in the file, and its size in m or m/s^2."""
     text = plan.units.get(channel, plan.units.get('', file.stated.unit or ''))
     if not text:
         return UNKNOWN, 1.0
@@ -290,8 +290,8 @@ def _unit(plan: ImportPlan, file: ForeignFile, channel: str) -> tuple[str, float
         kind = 'an acceleration' if is_acceleration(channel) else 'a displacement'
         why = f'but {channel} is {kind}' if text in other else 'which is not known'
         raise ImportFileError(
-            f'--unit {text} stands for {channel}, {why}; allowed: {", ".join(known)}, or the '
-            f'number of {channel_unit(channel)} that 1 of the file is'
+            f'--unit {text} is given for {channel}, {why}; allowed: {", ".join(known)}, or the '
+            f"size of the file's unit in {channel_unit(channel)}"
         ) from None
     if not (math.isfinite(factor) and factor != 0):
         raise ImportFileError(f'--unit {text} is no factor; allowed: a number other than 0')
@@ -327,7 +327,7 @@ def _rows(
 
 
 def _stands_alone(values: NDArray[np.float32]) -> bool:
-    """Say whether the first value lies far from all others, as a setting above them would."""
+    """Say whether the first value lies far from all others, as a setting above the samples does."""
     others = values[1:][np.isfinite(values[1:])].astype(np.float64)
     if len(others) < _FEWEST_OTHERS:
         return False

@@ -29,8 +29,8 @@ def open_file(
 
     Args:
         path: the file.
-        decimal: decimal sign of a text; None: found, and refused where it could be either.
-        first_line: number of the line of a text with the first sample, from 1; None: found.
+        decimal: decimal sign of a text; None: detected, and refused where it is ambiguous.
+        first_line: number of the line of a text with the first sample, from 1; None: detected.
 
     Raises:
         ImportFileError: it cannot be read, or is not of that kind.
@@ -40,7 +40,7 @@ def open_file(
         require_file(path)
         if path.is_dir():
             raise ImportFileError(f'{path} is a folder; give one file')
-        with path.open('rb'):  # says what the system says, scipy does not
+        with path.open('rb'):  # raises the system's own error, scipy does not
             pass
         if path.suffix.lower() != '.mat':
             return TextFile(path, decimal, first_line)
@@ -54,7 +54,7 @@ def open_file(
 
 
 class MatFile:
-    """A MATLAB file up to version 7: a column is asked for by the path of its variable.
+    """A MATLAB file up to version 7: a column is selected by the path of its variable.
 
     `bearing.gs` is a field of a struct, `data[:,2]` the second column of a matrix, `data[2,:]` its
     second row. `data[2]` is an element of a struct array, or the column of a matrix with more
@@ -147,7 +147,7 @@ def _element(value: NDArray[Any], index: list[str]) -> Any:
 
 
 def _described(value: Any, key: str) -> str:
-    """Return what stands there instead of a series, and how to ask for one."""
+    """Return what the variable holds instead of a series, and how to select one."""
     if not isinstance(value, np.ndarray) or not value.ndim:
         return 'none'
     if value.dtype.kind not in 'iufb':
@@ -178,7 +178,7 @@ def _leaves(value: Any, name: str = '') -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def _facts(leaves: list[tuple[str, NDArray[Any]]]) -> Iterator[tuple[str, str | float]]:
-    """Yield the first single numbers and short words."""
+    """Yield the first scalars and short texts."""
     single = [(name, value) for name, value in leaves if not value.ndim]
     for name, value in single[:_MOST_FACTS]:
         if value.dtype.kind in 'iufb' and np.isfinite(value):

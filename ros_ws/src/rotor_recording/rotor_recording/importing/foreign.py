@@ -16,7 +16,7 @@ NAMES_SHOWN = 12
 
 @dataclass(frozen=True)
 class Stated:
-    """What a file of a known layout says about itself; options of the command go before it."""
+    """What a file of a known layout says about itself; options of the command override it."""
 
     channels: Mapping[str, str] = field(default_factory=dict)
     unit: str | None = None
@@ -25,14 +25,14 @@ class Stated:
 
 
 class ForeignFile(Protocol):
-    """A file whose columns can be asked for."""
+    """A file whose columns can be read by name."""
 
     format: str
     stated: Stated
     facts: Mapping[str, str | float]
-    """Single numbers and words that stand in the file, for the record."""
+    """Scalars and texts of the file, which are stored in the configuration."""
     layout: Mapping[str, str | int]
-    """How the file was read, for the record: what divides cells, first and last line."""
+    """How the file was read, stored in the configuration: delimiter, first and last line."""
     warnings: tuple[str, ...]
     """Sentences about what was left out."""
 

@@ -16,9 +16,9 @@ from typing import Any
 from rotor_recording.errors import ImportFileError
 
 EXPANSION = 64
-"""A packed file may become so many times as large in memory: 1000 times is no measurement."""
+"""A compressed file may grow by this factor in memory; a measurement never grows 1000 times."""
 SMALL_BYTES = 512 * 2**20
-"""What any file may take besides."""
+"""Memory that any file may take in addition."""
 
 
 def load_mat(path: Path) -> dict[str, Any]:
@@ -51,12 +51,12 @@ def load_mat(path: Path) -> dict[str, Any]:
 
 def _read(path: str) -> dict[str, Any] | str:
     """Return the variables, or what is wrong with the file."""
-    from scipy.io import loadmat  # noqa: PLC0415 - slow, and only in the process of its own
+    from scipy.io import loadmat  # noqa: PLC0415 - slow, and only needed in the separate process
     from scipy.io.matlab import MatReadError  # noqa: PLC0415
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore')  # such as a variable that stands twice
+            warnings.simplefilter('ignore')  # such as a variable that occurs twice
             return dict(loadmat(path, squeeze_me=True, struct_as_record=False, appendmat=False))
     except MemoryError:
         return _TOO_LARGE
@@ -69,13 +69,13 @@ def _read(path: str) -> dict[str, Any] | str:
 
 
 _TOO_LARGE = (
-    f'takes more memory than {EXPANSION} times its size and {SMALL_BYTES >> 20} MiB; if it is no '
-    'damage, save it unpacked with -v6'
+    f'takes more memory than {EXPANSION} times its size and {SMALL_BYTES >> 20} MiB; if it is not '
+    'damaged, save it uncompressed with -v6'
 )
 
 
 def _limit_memory(path: str) -> None:
-    """Let this process have no more memory than a file of that size accounts for."""
+    """Limit the memory of this process to what a file of that size accounts for."""
     status = Path('/proc/self/status').read_text('ascii')
     used = next(int(line.split()[1]) for line in status.splitlines() if line.startswith('VmData'))
     most = 1024 * used + SMALL_BYTES + EXPANSION * Path(path).stat().st_size
@@ -84,7 +84,7 @@ def _limit_memory(path: str) -> None:
 
 def _main(path: str) -> None:
     """Write the variables, or what is wrong with the file, as a pickle."""
-    import scipy.io  # noqa: F401, PLC0415 - what it takes does not count
+    import scipy.io  # noqa: F401, PLC0415 - its own memory does not count
 
     _limit_memory(path)
     try:

@@ -13,7 +13,7 @@ from rotor_recording.importing.table import STEADY_ROWS, Decimal, Table
 _ONE_COMMA = re.compile(r'[-+]?\d+,\d+(?:[eE][-+]?\d+)?', re.ASCII)
 _GROUPS_OF_THREE = re.compile(r'[-+]?[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?', re.ASCII)
 _PADDED = re.compile(r'0\d+|-0', re.ASCII)
-"""What stands behind or before a decimal comma, and seldom alone."""
+"""Digits that occur after or before a decimal comma, and seldom as a whole number."""
 
 _MANY_COLUMNS = 100
 _LONGEST_QUOTE = 60
@@ -24,7 +24,7 @@ class TwoReadingsError(ImportFileError):
 
 
 def check_commas(table: Table, lines: Sequence[str], *, named: bool) -> Decimal:
-    """Return the decimal sign; `named` says whether names of the columns stand above the table.
+    """Return the decimal sign; `named` says whether there are column names above the table.
 
     Raises:
         TwoReadingsError: a comma may divide cells, thousands, or whole and decimal part.
@@ -40,13 +40,13 @@ def check_commas(table: Table, lines: Sequence[str], *, named: bool) -> Decimal:
 
 
 def check_beginning(table: Table, lines: Sequence[str], *, named: bool) -> None:
-    """Raise TwoReadingsError where the first row may be heading, or the line above it a sample."""
+    """Raise TwoReadingsError if the first row may be a heading, or the line above it a sample."""
     _check_line_above(table, lines)
     _check_first_row(table, lines, named=named)
 
 
 def check_direction(table: Table, lines: Sequence[str]) -> None:
-    """Raise TwoReadingsError where there are a few very long lines: each may be a channel."""
+    """Raise TwoReadingsError for a few very long lines: each may be a channel."""
     if table.width <= _MANY_COLUMNS:
         return
     count = sum(1 for _ in islice(table.rows(lines), table.width))
@@ -58,7 +58,7 @@ def check_direction(table: Table, lines: Sequence[str]) -> None:
 
 
 def quoted(line: str) -> str:
-    """Return the beginning of a line for a sentence."""
+    """Return the beginning of a line in quotation marks, for a message."""
     line = line.strip()
     return f"'{line[:_LONGEST_QUOTE]}...'" if len(line) > _LONGEST_QUOTE else f"'{line}'"
 
@@ -93,7 +93,7 @@ def _check_dividing_commas(table: Table, lines: Sequence[str], *, named: bool) -
 
 
 def _decimal_sign(table: Table, lines: Sequence[str]) -> Decimal:
-    """Return the decimal sign; refuse commas that may divide thousands, or stand beside points."""
+    """Return the decimal sign; refuse commas that may divide thousands, or commas beside points."""
     if not any(',' in line for line in lines[table.first :]):
         return 'point'
     comma = point = ''
@@ -150,7 +150,7 @@ def _check_line_above(table: Table, lines: Sequence[str]) -> None:
 
 
 def _check_first_row(table: Table, lines: Sequence[str], *, named: bool) -> None:
-    """Refuse a first row that may be names or settings: other numbers than all that follow."""
+    """Refuse a first row that may be names or settings: no later row has the same cell types."""
     first = [kind_of(cell) for cell in table.cells(lines[table.first])]
     rows = (cells for _, cells in islice(table.rows(lines), 1, None) if table.is_row(cells))
     following = list(islice(rows, STEADY_ROWS - 1))

@@ -19,7 +19,7 @@ from rotor_common.constants import MIN_SAMPLES_PER_CYCLE
 from rotor_recording.errors import ImportFileError
 
 HYSTERESIS = 0.2
-"""Of the range of the tacho signal: a rise counts once it has been this far below and above."""
+"""As part of the tacho's range: a pulse rises from this far below the middle to as far above."""
 
 STEADY = 1.5
 """Two neighbouring intervals of a tacho may differ by this factor, else a pulse was lost or
@@ -31,10 +31,10 @@ _ENOUGH = 0.95
 """Share of the samples with an angle, or of the intervals that are steady."""
 
 _STILL = 0.05
-"""Of the largest range: where the range is less, nothing turns."""
+"""As part of the largest range: where the range is smaller, the shaft stands still."""
 
 _PROPORTIONAL = 4.0
-"""Height over pace of a pick-up's pulses may vary by this factor; it loses some when fast."""
+"""A pick-up's pulse height over pulse rate may vary by this factor; it drops at high speed."""
 
 _SHORTEST_REACH = 32
 
@@ -64,16 +64,16 @@ def from_tacho(
 
     Each rise through the middle of the signal's range is a pulse, timed by linear interpolation
     (a sine of 20 samples a period: 2 mrad), or each fall where falls are more than twice as steep;
-    the first is angle 0. Where that leaves a twentieth of the samples without angle, the range is
-    that of the samples around, if the height of the pulses then follows their pace, as that of a
-    magnetic pick-up does. Between pulses the angle is a monotone cubic (PCHIP) of time. It is NaN
+    the first is angle 0. If that leaves a twentieth of the samples without angle, the range of the
+    surrounding samples is used, provided that the pulse height then follows the pulse rate, as
+    with a magnetic pick-up. Between pulses the angle is a monotone cubic (PCHIP) of time. It is NaN
     before the first and after the last pulse, and in two neighbouring intervals that differ by
-    more than `STEADY`: there a pulse was lost or doubled. Behind such a place the angle is off by
+    more than `STEADY`: there a pulse was lost or doubled. After such a place the angle is off by
     whole pulses.
 
     Raises:
-        ImportFileError: fewer than 3 pulses, samples without a number, no steady pace, or more
-            than a sixth of a revolution a sample.
+        ImportFileError: fewer than 3 pulses, samples without a number, no steady pulse rate, or
+            more than a sixth of a revolution a sample.
 
     """
     if not np.isfinite(signal).all():
@@ -123,8 +123,8 @@ def pulse_times(signal: NDArray[np.float64], reach: int | None = None) -> NDArra
 
     Args:
         signal: finite; (samples,).
-        reach: samples that make the range, around each sample; None: all. Where their range is
-            less than a twentieth of that of all, nothing turns.
+        reach: number of samples around each sample that give its range; None: all. Where the range
+            is less than a twentieth of the largest, the shaft stands still.
 
     """
     low, high = _range(signal, reach)
@@ -163,7 +163,7 @@ def _pulses(signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
 
 
 def _is_pickup(signal: NDArray[np.float64], times: NDArray[np.float64], reach: int) -> bool:
-    """Say whether the pulses are steady, and as high as their pace says: noise is neither."""
+    """Say whether the pulses are steady and their height follows their rate: noise does neither."""
     intervals = np.diff(times)
     if np.count_nonzero(_doubtful(intervals)) > (1 - _ENOUGH) * len(intervals):
         return False

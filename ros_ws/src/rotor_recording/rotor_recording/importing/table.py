@@ -11,10 +11,10 @@ from rotor_recording.importing.cells import DELIMITERS, Kind, cells_of, kind_of,
 Decimal = Literal['point', 'comma']
 
 STEADY_ROWS = 3
-"""So many rows of one shape are a table."""
+"""This many rows of one shape are a table."""
 
 _WORDY_ROWS = 10
-"""So many, where a column holds words."""
+"""The same where a column holds words."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Table:
         return self.split(content) if content.strip() else []
 
     def split(self, content: str) -> list[str]:
-        """Return the cells of what is no comment."""
+        """Return the cells of a line without its comment."""
         return cells_of(content, self.delimiter)
 
     def is_number(self, cell: str) -> bool:
@@ -68,15 +68,15 @@ class Table:
 def find_table(lines: Sequence[str], decimal: Decimal | None, first: int = 0) -> Table | None:
     """Return the first table: rows of cells that are all numbers, dates or empty, of one shape.
 
-    Three rows of one shape make a table; where there are none, the longest run does. Only if the
-    text has nothing of the kind may a column hold words, in ten rows or more.
+    Three rows of one shape make a table; if there are none, the longest run does. Only if the text
+    has no such table may a column hold words, in ten rows or more.
     """
     return _search(lines, decimal, first, words=False) or _search(lines, decimal, first, words=True)
 
 
 @dataclass
 class _Run:
-    """Rows of one shape that follow one another, as one delimiter divides the lines."""
+    """Consecutive rows of one shape, for one delimiter."""
 
     delimiter: str | None
     decimal: Decimal | None
@@ -101,7 +101,7 @@ class _Run:
             self.longest = self.length, self.first, self.shape
 
     def _shape(self, content: str) -> tuple[Kind, ...]:
-        """Return the kinds of the cells, numbers alike; nothing for what is no row."""
+        """Return the types of the cells, POINT for all numbers; () for a line that is no row."""
         if (self.delimiter, self.decimal) == (',', 'comma') and '"' not in content:
             return ()
         kinds = [_shown(kind_of(cell), self.decimal) for cell in cells_of(content, self.delimiter)]
@@ -136,13 +136,13 @@ def _search(
             break
     least = needed if words else 1
     found = [run for run in runs if run.longest[0] >= least]
-    # one column is the same with every delimiter: more than one, where that is as long
+    # one column looks the same with every delimiter: of equal lengths, several columns win
     best = max(found, key=lambda run: (run.longest[0], len(run.longest[2]) > 1), default=None)
     return best.table() if best else None
 
 
 def _merge(one: tuple[Kind, ...], other: tuple[Kind, ...]) -> tuple[Kind, ...]:
-    """Return the shape of both rows, an empty cell being of any kind; nothing if they differ."""
+    """Return the shape of both rows, where an empty cell fits any type; () if they differ."""
     if len(one) != len(other):
         return ()
     merged = []
@@ -154,6 +154,6 @@ def _merge(one: tuple[Kind, ...], other: tuple[Kind, ...]) -> tuple[Kind, ...]:
 
 
 def _shown(kind: Kind, decimal: Decimal | None) -> Kind:
-    """Return the kind of a cell where the decimal sign is given."""
+    """Return the type of a cell; a number with the other decimal sign is a word."""
     wrong = {'point': Kind.COMMA, 'comma': Kind.POINT}
     return Kind.WORD if decimal and kind is wrong[decimal] else kind

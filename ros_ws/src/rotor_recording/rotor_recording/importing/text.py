@@ -25,9 +25,9 @@ _LINES_OF_NAMES = 2
 class TextFile:
     """Delimited text: the table is the first stretch of lines whose cells are all numbers.
 
-    Dates and times of day may stand among them; # and % start comments. A column is asked for by
-    its number from 1 or by its name in one of the two lines above the table, the second of which
-    may hold units. A lost sample is written nan. What can be read in two ways is refused.
+    Dates and times of day may be among them; # and % start comments. A column is selected by its
+    number from 1 or by its name in one of the two lines above the table, the second of which may
+    hold units. A lost sample is written nan. A text that can be read in two ways is refused.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class TextFile:
         return np.array(values)
 
     def _losses(self, left_out: int) -> Iterator[str]:
-        """Yield what may be missing between and behind the samples."""
+        """Yield warnings about lines left out after the samples, and blank lines among them."""
         if left_out:
             first = next(line for line in self._lines[self._end :] if self._table.cells(line))
             yield (
@@ -86,7 +86,7 @@ class TextFile:
             )
         between = self._lines[self._table.first : self._end]
         blank = sum(1 for line in between if not line.strip())
-        if 0 < blank < len(between) // 3:  # more: every second line end is written twice
+        if 0 < blank < len(between) // 3:  # more of them are doubled line ends
             yield (
                 f'{blank} blank lines stand between the samples, which are taken to follow one '
                 'another'
@@ -157,10 +157,10 @@ class TextFile:
         return found
 
     def _end_of_table(self, *, one_block: bool) -> tuple[int, int]:
-        """Return the index behind the last row, and how many lines with content come after it.
+        """Return the index after the last row, and the number of lines with content after it.
 
         Raises:
-            ImportFileError: a row has more or fewer cells, or rows follow what is no row.
+            ImportFileError: a row has more or fewer cells, or rows follow a line that is no row.
 
         """
         last = self._table.first

@@ -40,7 +40,7 @@ NOISE, JITTER, RECORDER, WALK, DROPOUT, MISSED, DOUBLE, INSTRUMENT = range(8)
 """Effects: each has its own stream of random numbers."""
 
 SECTIONS = 2
-"""Of the low-pass filter."""
+"""Second-order sections of the low-pass filter."""
 
 BEFORE, AFTER, LAST = range(9, 12)
 RUNOUT = 12
@@ -48,14 +48,14 @@ SECTION = 18
 AT_REST = SECTION + 5 * SECTIONS
 STATE = AT_REST + 2 * SECTIONS
 ROWS = STATE + 2 * SECTIONS
-"""Rows of what `sense` knows of the channels, LANES numbers each. First `errors`, see
-`_noiseless_kernels`; the walk at the knots around the next sample; the filtered sample before; the
-factors of cos and sin of orders 1, 2, 3 in the runout; b0, b1, b2, a1, a2 of the sections; their
-states under a constant 1; their states."""
+"""Rows of the parameters and states of the channels in `sense`, LANES numbers each. First `errors`,
+see `_noiseless_kernels`; the random walk at the knots before and after the next sample; the
+previous filtered sample; the factors of cos and sin of orders 1, 2, 3 in the runout; b0, b1, b2,
+a1, a2 of the sections; their steady states for a constant input of 1; their states."""
 
 TILE = 256
 WALK_SAMPLES = TILE
-"""The random walk of a bias has its knots at multiples of this sample and is linear between; a tile
+"""Distance of the knots of a bias's random walk in samples; it is linear in between, and a tile
 ends at a knot."""
 
 _CELLS = 16
@@ -72,7 +72,7 @@ _REST = np.uint64(0xFFFFFFFFFFFF)
 
 
 def _cubics(low: Array, width: Array) -> Array:
-    """Return the cubics (cells, 4) in t = 0..1 that meet -ndtri at the cells' Chebyshev nodes."""
+    """Return cubics (cells, 4) in t = 0..1 that interpolate -ndtri at the Chebyshev nodes."""
     t = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4.0)
     values = -ndtri(low.reshape(-1, 1) + width.reshape(-1, 1) * t)
     powers = np.vander(t, 4, increasing=True)
@@ -102,7 +102,7 @@ def _philox(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> tuple[Any, 
 
 @inline
 def _middle(word: Any) -> Any:
-    """Return the normal quantile of (word + 1/2)/2^32 but for its tails; no branch."""
+    """Return the normal quantile of (word + 1/2)/2^32, except in its tails; no branch."""
     w = np.uint32(word)
     low = w < np.uint32(0x80000000)
     small = w if low else np.uint32(0xFFFFFFFF) - w
@@ -114,7 +114,7 @@ def _middle(word: Any) -> Any:
 
 @inline
 def _normal(word: Any) -> Any:
-    """Return the standard normal quantile of (word + 1/2)/2^32: 0 to 6.3 in size."""
+    """Return the standard normal quantile of (word + 1/2)/2^32: at most 6.3 in size."""
     w = np.int64(word)
     low = w < 0x80000000
     small = w if low else 0xFFFFFFFF - w
@@ -195,7 +195,7 @@ def faulty_pulses(
 ) -> None:
     """Write the voltage with missed and double pulses; `faults`: both probabilities, the offset.
 
-    The pulse of turn k lies around the angle 2 pi k; the false one follows it by the offset.
+    The pulse of turn k lies around the angle 2 pi k, the false one around 2 pi k + offset.
     """
     missed, double, offset = faults
     for n in range(angle.shape[0]):
@@ -212,7 +212,7 @@ def faulty_pulses(
 
 @inline
 def _couple(known: Array, clean: Array, tile: Array) -> None:
-    """Write the quantities with cross-axis."""
+    """Write the quantities with their cross-axis sensitivity."""
     cross = known[CROSS * LANES : CROSS * LANES + CHANNELS]
     for n in range(clean.shape[0]):
         row = n * LANES
@@ -229,8 +229,8 @@ def _couple(known: Array, clean: Array, tile: Array) -> None:
 def _standard_normals(seed: int, first: int, count: int, words: Any, tails: Any, z: Array) -> int:
     """Write a row of normal numbers for each sample from `first` on; return where in z they start.
 
-    A lane has the noise of its channel, the one after the channels the error of the sampling time.
-    A count of Philox makes four rows.
+    Each lane has the noise of its channel; the lane after the channels has the error of the
+    sampling time. One Philox counter gives four rows.
     """
     k0 = np.uint64(seed) & _LOW
     k1 = np.uint64(seed) >> _32
@@ -291,7 +291,7 @@ def _calibrate(first: int, known: Array, z: Array, cosine: Array, sine: Array, t
 
 @inline
 def _section(number: int, c: int, x: Any, known: Array) -> Any:
-    """Return x behind a section of the filter of a lane."""
+    """Return x filtered by one section of the filter of a lane."""
     k, state = (SECTION + 5 * number) * LANES + c, (STATE + 2 * number) * LANES + c
     y = known[k] * x + known[state]
     known[state] = known[k + LANES] * x - known[k + 3 * LANES] * y + known[state + LANES]
@@ -301,9 +301,9 @@ def _section(number: int, c: int, x: Any, known: Array) -> Any:
 
 @inline
 def _filter(started: bool, known: Array, z: Array, tile: Array) -> None:
-    """Filter, transposed direct form II as scipy's sosfilt, and add the sampling jitter.
+    """Filter in transposed direct form II, like scipy's sosfilt, and add the sampling jitter.
 
-    That moves every value by the local slope times the error of its sampling time.
+    The jitter changes every value by the local slope times the error of its sampling time.
     """
     for n in range(tile.shape[0] // LANES):
         row = n * LANES
@@ -326,15 +326,15 @@ def sense(
     angle: Array,
     work: Array,
 ) -> None:
-    """Fill `work` with what reaches the converter, in tiles that fit the cache.
+    """Fill `work` with the inputs of the converter, in tiles that fit the cache.
 
-    All channels of a sample are computed side by side. The compiler does that where rows are flat,
-    their lanes 16 and all places in `known` constants; with 12 lanes it does not.
+    The compiler vectorises over the channels of a sample if rows are flat, have 16 lanes and all
+    indices into `known` are constants; with 12 lanes it does not.
 
     Args:
         seed: of the run.
         first: index of the first sample.
-        started: whether samples came before.
+        started: whether there were earlier samples.
         known: (ROWS * LANES,), see ROWS; advanced.
         clean: (n, CHANNELS + 1).
         angle: (n,) of the shaft in rad.
@@ -383,7 +383,7 @@ def dropouts(
     """Put NaN where a channel is lost: starts are a Poisson process, all lengths equal.
 
     state: (2, channels), number of the next start and the sample at which the loss ends;
-    next_start: (channels,), its place in samples.
+    next_start: (channels,), time of the next start in samples.
     """
     for c in range(CHANNELS):
         if rate_per_sample[c] <= 0.0:

@@ -20,29 +20,29 @@ Array = NDArray[np.float64]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 COLUMNS = tuple(channel.name for channel in channels.CHANNELS if channel.noise_group)
-"""What sensors with noise measure, in the order of the rows: the vibrations come first."""
+"""Columns of the sensors with noise, in the order of the rows: the vibrations come first."""
 
 CHANNELS = len(COLUMNS)
 VIBRATIONS = len(channels.CHANNEL_COLUMNS)
 ACCELERATIONS = COLUMNS.index(channels.ACCELERATION_COLUMNS[0])
-"""Place of the first acceleration."""
+"""Index of the first acceleration."""
 KEYPHASOR, LOAD = COLUMNS.index('keyphasor'), COLUMNS.index('load_y')
 BESIDE_LOAD = CHANNELS
-"""Place of load_z behind them, which no sensor tells."""
+"""Index of load_z after the channels; no sensor measures it."""
 
 OUT_LOAD = VIBRATIONS
 OUT_FORCE = OUT_LOAD + 2
-"""Columns of what the integrator wrote: vibrations as here, load in y and z, contact forces."""
+"""Columns of the integrator's output: vibrations in this order, load in y and z, contact forces."""
 
 TIME, SAMPLE, ANGLE = map(tuple(channels.COLUMN_UNITS).index, ('time', 'sample', 'angle'))
-"""Places in a row as float64."""
+"""Indices in a row viewed as float64."""
 FIRST = WAVEFORM_DTYPE.fields[COLUMNS[0]][1] // 4  # type: ignore[index]
-"""Place of COLUMNS in a row as float32."""
+"""Index of the first of COLUMNS in a row viewed as float32."""
 
 CROSS, GAIN, BIAS, WALK_STEP, DEVIATION, OFF_SAMPLES, RANGE, STEP, STEPS = range(9)
-"""Rows of `errors`: part of the other axis; factor; bias; standard deviations of a step of the
-walk, of the noise of a sample, and of the sampling time in samples; range (infinite: none); step
-of the converter (0: none) and its inverse."""
+"""Rows of `errors`: share of the other axis; gain; bias; standard deviations of a step of the
+random walk, of the noise of a sample, and of the sampling time in samples; range (infinite: none);
+step of the converter (0: none) and its inverse."""
 
 _TWO_PI = 2.0 * math.pi
 _QUARTER, _PER_QUARTER = 0.5 * math.pi, 2.0 / math.pi
@@ -118,17 +118,17 @@ def lay_out(
     heads: Array,
     values: NDArray[np.float32],
 ) -> None:
-    """Write the quantities themselves and the rows of the truth.
+    """Write the true quantities and the rows of the truth.
 
     Args:
         first: index of the first sample.
         rate: samples per second.
         half_width: of a pulse of the key-phasor in rad.
-        volt: its height.
+        volt: height of the pulse in V.
         turns: (n,) whole turns of the shaft.
         angle: (n,) the rest of its angle in rad.
-        out: (n, 12 or more), what the integrator wrote.
-        acceleration: (n, 4) of the housings; (0, 4) where the journals' count.
+        out: (n, 12 or more), the integrator's output.
+        acceleration: (n, 4) of the housings; (0, 4): those of the journals in `out` are used.
         clean: (n, CHANNELS + 1), filled with the columns of the rows and load_z.
         heads: (n, 9), the rows as float64: time, sample, angle, and the rest.
         values: (n, 18), the rows as float32.
@@ -156,7 +156,7 @@ def housing(matrices: Array, state: Array, force: Array, out: Array) -> None:
 
     Args:
         matrices: (4, 3), see `housing.Housing`.
-        state: (4, 3), displacement, velocity and the force of the sample before; advanced.
+        state: (4, 3), displacement, velocity and the force of the previous sample; advanced.
         force: (n, 4), contact force on the journals at the samples in N.
         out: (n, 4), filled with the accelerations in m/s^2.
 
@@ -205,7 +205,7 @@ def decimate(
 ) -> None:
     """Write the sum of taps[phase] times kept[start:] (samples, 4) for each output.
 
-    The number of taps is even; even and odd ones are summed apart, the oldest first.
+    The number of taps is even; even and odd ones are summed separately, the oldest first.
     """
     for m in range(out.shape[0]):
         a, b, c, d = 0.0, 0.0, 0.0, 0.0

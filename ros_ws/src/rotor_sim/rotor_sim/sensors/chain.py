@@ -36,14 +36,14 @@ Imu = tuple[tuple[ImuSample, ...], tuple[ImuSample, ...]]
 KEYPHASOR_VOLT = 5.0
 KEYPHASOR_WIDTH_RAD = math.radians(12.0)
 FILTER_ORDER = 2 * _kernels.SECTIONS
-"""Of the Butterworth low-pass."""
+"""Order of the Butterworth low-pass."""
 
 _LEVEL: dict[str, str] = {
     'displacement': 'displacement_noise_m',
     'acceleration': 'acceleration_noise_m_s2',
     'load': 'load_noise_m_s2',
 }
-"""Level of the recorder noise that the noisy columns of a kind follow."""
+"""Level of the recorder noise for the columns of each kind."""
 _LEVEL_OF = {COLUMNS.index(c.name): _LEVEL[c.kind] for c in CHANNELS if c.kind in _LEVEL}
 
 
@@ -56,7 +56,7 @@ class Measured(NamedTuple):
 
 
 class SensorChain:
-    """The sensors of one machine; their state goes on from block to block, from sample 0 on."""
+    """The sensors of one machine; they keep their state from block to block, from sample 0 on."""
 
     def __init__(self, config: SensorConfig, seed: int, rate_hz: int) -> None:
         self._config, self._seed, self._rate = config, seed, rate_hz
@@ -134,7 +134,7 @@ class SensorChain:
             self._loss_state[0, c] = 1
 
     def compile(self) -> None:
-        """Load or compile the kernels, so that the first block does not wait for it."""
+        """Load or compile the kernels, so that the first block does not wait for them."""
         levels = {name: np.ones(1) for name in NoiseLevels.model_fields}
         other = SensorChain(self._config, self._seed, self._rate)
         other.measure(0, np.zeros((1, 16)), np.zeros(1, np.int64), np.zeros(1), levels)
@@ -147,16 +147,16 @@ class SensorChain:
         angle: Array,
         levels: Mapping[str, Array] | None = None,
     ) -> Measured:
-        """Return what the sensors say of the next samples; call it block after block.
+        """Return the readings of the sensors for the next samples; call it block after block.
 
         Args:
             first_sample: absolute index of the first sample.
-            out: (n, 12 or more), columns of `rotor_sim.plant._kernels`; 12 to 15 where there is a
-                housing.
+            out: (n, 12 or more), columns of `rotor_sim.plant._kernels`; 12 to 15 are needed for
+                housings.
             turns: (n,) whole turns of the shaft.
             angle: (n,) the rest of its angle in rad.
             levels: (n,) standard deviations of the recorder noise by their names in NoiseLevels;
-                those left out are zero.
+                missing ones are zero.
 
         """
         angle = np.ascontiguousarray(angle)
@@ -187,7 +187,7 @@ class SensorChain:
         return Measured(rows, _rows(truth), self._imu_samples(sensed, out))
 
     def _housing_acceleration(self, out: Array) -> Array:
-        """Return what the accelerometers sit on, (n, 4); (0, 4) where that is the journals."""
+        """Return the housings' accelerations (n, 4); (0, 4) if sensors are on the journals."""
         if self._housing is None:
             return np.empty((0, 4))
         force = np.ascontiguousarray(out[:, _noiseless_kernels.OUT_FORCE :][:, :4])
@@ -207,7 +207,7 @@ class SensorChain:
         noisy: Mapping[int, Array],
         raw: NDArray[np.float32],
     ) -> Array:
-        """Return `clean` with the sensors' effects, which are written to the rows `raw` too."""
+        """Return `clean` with the sensors' effects; also write the result to the rows `raw`."""
         if self._faulty:
             clean = clean.copy()
             _kernels.faulty_pulses(
@@ -266,7 +266,7 @@ class SensorChain:
 
 @functools.cache
 def _low_pass(bandwidth_hz: float, rate_hz: int) -> tuple[Array, Array]:
-    """Return b0, b1, b2, a1, a2 of the sections (sections, 5), and their states under a 1."""
+    """Return b0, b1, b2, a1, a2 (sections, 5), and the steady states for an input of 1."""
     from scipy import signal  # noqa: PLC0415 - slow to import
 
     sections = signal.butter(FILTER_ORDER, bandwidth_hz, fs=rate_hz, output='sos')

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @functools.cache
 def matrices(config: Housing, rate_hz: int) -> Array:
-    """Return what `_kernels.housing` steps with, (4, 3).
+    """Return the coefficients (4, 3) of `_noiseless_kernels.housing`.
 
     Rows 0 and 1: Phi and Gamma_0; row 2: Gamma_1; row 3: w^2, 2 zeta w, 1/M, where
     (x, v)[n+1] = Phi (x, v)[n] + Gamma_0 u[n] + Gamma_1 u[n+1], u = -F.

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 _STOPBAND_DB = 80.0
 _PASS_EDGE = 0.35
 _STOP_EDGE = 0.5
-"""Edges of the IMU's anti-alias filter as parts of its rate."""
+"""Edges of the IMU's anti-alias filter as fractions of its rate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,16 +30,15 @@ class ImuDecimator:
     """Anti-alias filter and resampler from `rate_hz` to `imu_rate_hz`, any rational ratio.
 
     A linear-phase Kaiser-windowed sinc (80 dB from half the IMU rate on) is evaluated around the
-    exact time m/imu_rate of each output, so there is no delay in the stamps; an output appears
-    when the samples of half the filter's length behind it have come, the first one when the
-    filter lies fully after sample 0.
+    exact time m/imu_rate of each output, so there is no delay in the stamps. An output needs the
+    samples of half the filter's length before and after it, so the first one is not at 0.
     """
 
     def __init__(self, rate_hz: int, imu_rate_hz: int) -> None:
         self._ratio = Fraction(rate_hz, imu_rate_hz)
         cutoff = 0.5 * (_PASS_EDGE + _STOP_EDGE) * imu_rate_hz / rate_hz
         transition = 2.0 * math.pi * (_STOP_EDGE - _PASS_EDGE) * imu_rate_hz / rate_hz
-        # Kaiser 1974; a few taps more for the fractional centre
+        # Kaiser 1974; two more taps on each side for the fractional centre
         self._half = math.ceil((_STOPBAND_DB - 7.95) / (2.285 * transition) / 2.0) + 2
         self._beta = 0.1102 * (_STOPBAND_DB + 5.0 - 8.7)
         self._cutoff = cutoff
@@ -51,7 +50,7 @@ class ImuDecimator:
         self._next = math.ceil(self._half / self._ratio)
 
     def push(self, channels: Array) -> tuple[int, Array]:
-        """Take the next samples (n, 4); return what is complete: first index and values (m, 4)."""
+        """Take the next samples (n, 4); return first index and values (m, 4) of new outputs."""
         from rotor_sim.sensors import _noiseless_kernels  # noqa: PLC0415 - numba is slow to import
 
         self._append(channels)
@@ -73,7 +72,7 @@ class ImuDecimator:
         return index, out
 
     def _append(self, channels: Array) -> None:
-        """Keep the samples; where the room is used up, move what is still needed to its start."""
+        """Append the samples to the buffer; if it is full, move those still needed to its start."""
         count = len(channels)
         if self._size + count > len(self._kept):
             needed = self._next * self._ratio.numerator // self._ratio.denominator - self._half + 1

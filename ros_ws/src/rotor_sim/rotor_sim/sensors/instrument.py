@@ -32,13 +32,13 @@ _RESERVED = {
     *('load_z', 'time_in_block', 'block_time', 'load_time', 'window_time'),
     *('window', 'valid', 'reason', 'alarm_level', 'alarm_reasons'),
 }
-"""Names in the results of `rotor_rig` that are no columns."""
+"""Names in the results of `rotor_rig` that are not waveform columns."""
 
 
 class Instrument(ConfigModel, abc.ABC):
-    """Base of a user's sensor: a subclass is its parameters, its columns and `measure`.
+    """Base of a user's sensor: a subclass defines parameters, columns and `measure`.
 
-    Each run has a copy of its own, which may keep state in attributes like `_level: float = 0.0`.
+    Each run has its own copy, which may keep state in attributes like `_level: float = 0.0`.
     """
 
     columns: ClassVar[Mapping[str, str]] = {}
@@ -58,13 +58,13 @@ class Instrument(ConfigModel, abc.ABC):
         """Return the new columns (n, k), float32, of the next block; NaN: no reading.
 
         `rows` (n,) are the true columns by name, read-only. Blocks come in order from sample 0 on,
-        and what is returned must not depend on how long they are.
+        and the result must not depend on their length.
         """
 
     def normals(self, rows: NDArray[np.void], column: str) -> NDArray[np.float64]:
         """Return standard normal numbers (n,) for a column of this block.
 
-        They are functions of seed, column and sample alone.
+        They depend on seed, column and sample only.
         """
         from rotor_sim.sensors import _kernels  # noqa: PLC0415 - numba is slow to import
 
@@ -85,10 +85,10 @@ class Instrument(ConfigModel, abc.ABC):
         return fresh
 
     def sample(self, rows: NDArray[np.void]) -> NDArray[np.float32]:
-        """Return what `measure` does; raises RotorError where it breaks its word."""
+        """Return the result of `measure`; raises RotorError if it fails or has a wrong shape."""
         try:
             values: Any = self.measure(rows)
-        except Exception as why:  # a user's class raises what it likes
+        except Exception as why:  # a user's class may raise anything
             at, kind = int(rows['sample'][0]), type(why).__name__
             raise RotorError(
                 f'the instrument {self.instrument} fails at sample {at}: {kind}: {why}'
@@ -106,7 +106,7 @@ class Instrument(ConfigModel, abc.ABC):
 
 
 class Instruments:
-    """The instruments of one run: they widen the rows of block after block."""
+    """The instruments of one run: they add their columns to the rows of each block."""
 
     def __init__(self, instruments: Sequence[Instrument], rate_hz: int, seed: int) -> None:
         self._instruments = [instrument.for_run(rate_hz, seed) for instrument in instruments]
@@ -114,7 +114,7 @@ class Instruments:
         self._dtype = np.dtype([*WAVEFORM_DTYPE.descr, *new])
 
     def widen(self, rows: NDArray[np.void], truth_rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Return `rows` with the instruments' columns behind; `rows` itself without instruments."""
+        """Return `rows` with the instruments' columns added; `rows` itself without instruments."""
         if not self._instruments:
             return rows
         true = truth_rows.view()
@@ -131,7 +131,7 @@ class Instruments:
 def find_instrument(name: Any) -> type[Instrument]:
     """Return the class of an instrument by its installed name, or by `module:Class`.
 
-    Raises RotorError: there is none, it cannot be loaded, or it is no instrument.
+    Raises RotorError if there is none, it cannot be loaded, or it is no instrument.
     """
     target = plugins.target_of(name, GROUP) if isinstance(name, str) else None
     if target is None:
@@ -143,7 +143,7 @@ def find_instrument(name: Any) -> type[Instrument]:
     made = plugins.load_from_here(target, 'instrument =', RotorError)
     if not isinstance(made, type) or not issubclass(made, Instrument) or inspect.isabstract(made):
         raise RotorError(
-            f'instrument = {name!r} is none: {target} must be a class that derives from '
+            f'instrument = {name!r} is no instrument: {target} must be a class that derives from '
             'rotor_sim.sensors.Instrument and has measure'
         )
     if name not in (made.target(), made.model_fields['instrument'].default):
@@ -154,7 +154,7 @@ def find_instrument(name: Any) -> type[Instrument]:
 
 
 def check_columns(instruments: Sequence[Instrument]) -> None:
-    """Raise RotorError where the instruments' columns are none, or stand in each other's way."""
+    """Raise RotorError for missing or invalid columns, and for names that are already in use."""
     taken = {*COLUMN_UNITS}
     for instrument in instruments:
         who = f'the instrument {instrument.instrument}'
@@ -167,7 +167,7 @@ def check_columns(instruments: Sequence[Instrument]) -> None:
             if not isinstance(unit, str) or not unit or max(len(name), len(unit)) > LONGEST_NAME:
                 raise RotorError(f'{who}: column {name!r} must have a unit, a text such as m/s')
             if name in _RESERVED or name.startswith(('truth_', 'load_grid_')):
-                raise RotorError(f'{who}: the name {name!r} is kept for what is no column')
+                raise RotorError(f'{who}: the name {name!r} is reserved; name the column otherwise')
             if name in taken:
                 raise RotorError(f'{who}: there is a column {name!r} already; name it otherwise')
             if is_channel(name) and unit != channel_unit(name):
@@ -179,7 +179,7 @@ def check_columns(instruments: Sequence[Instrument]) -> None:
 
 
 def _read(value: Any, info: pydantic.ValidationInfo) -> Any:
-    """Return plain data, or a name alone, as the instrument that they name."""
+    """Return the instrument that plain data, or a name alone, describe."""
     if isinstance(value, Instrument):
         return value
     if isinstance(value, str):
@@ -187,7 +187,7 @@ def _read(value: Any, info: pydantic.ValidationInfo) -> Any:
     if not isinstance(value, Mapping) or 'instrument' not in value:
         raise RotorError('an instrument is a name, or a mapping with the key instrument')
     adapter = tagged(find_instrument(value['instrument']))
-    if info.mode == 'json':  # whose arrays serve as tuples
+    if info.mode == 'json':  # JSON arrays are valid tuples
         return adapter.validate_json(json.dumps(value))
     return adapter.validate_python(value)
 

@@ -30,7 +30,7 @@ _TOLERANCE_ICP = 'chosen within the 10 % of general-purpose industrial ICP senso
 
 
 class Number(NamedTuple):
-    """A value of a preset and where it comes from."""
+    """A value of a preset and its source."""
 
     value: Any
     source: str
@@ -175,7 +175,7 @@ PRESETS: dict[str, Entry] = {
 
 
 def values_of(preset: Any) -> dict[str, Any]:
-    """Return a preset's values as nested mappings; {} for a name that is not known."""
+    """Return a preset's values as nested mappings; {} for an unknown name."""
     nested: dict[str, Any] = {}
     for path, number in PRESETS.get(str(preset), {}).items():
         *parents, leaf = path.split('.')

@@ -215,7 +215,7 @@ class SensorConfig(NoiseLevels):
         }
 
     def with_preset(self, preset: str) -> Self:
-        """Return these sensors upon another preset: what differs from their own one stays."""
+        """Return these sensors with another preset; values that differ from their preset stay."""
         own = type(self)(preset=self.preset).model_dump(mode='json')
         changed = _difference(self.model_dump(mode='json'), own)
         return type(self).from_mapping({**changed, 'preset': preset}, 'sensors')
@@ -228,7 +228,7 @@ class SensorConfig(NoiseLevels):
 
     @pydantic.model_serializer(mode='wrap')
     def _without_no_instruments(self, dump: pydantic.SerializerFunctionWrapHandler) -> Any:
-        """Leave the key out where there are none: runs without them are recorded as ever."""
+        """Leave the key out if there are none: the recorded configuration stays as it was."""
         plain = dump(self)
         if not self.instruments:
             plain.pop('instruments', None)
@@ -237,14 +237,14 @@ class SensorConfig(NoiseLevels):
     @pydantic.model_validator(mode='before')
     @classmethod
     def _fill_in(cls, data: Any) -> Any:
-        """Put the preset's values below those that are given."""
+        """Fill in the preset's values for keys that are not given."""
         if not isinstance(data, Mapping):
             return data
         return _merged(values_of(data.get('preset', 'none')), data)
 
 
 def _difference(data: Mapping[str, Any], base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries of `data` that are not those of `base`, mapping by mapping."""
+    """Return the entries of `data` that differ from those of `base`, mapping by mapping."""
     return {
         key: _difference(value, base[key]) if isinstance(value, Mapping) else value
         for key, value in data.items()

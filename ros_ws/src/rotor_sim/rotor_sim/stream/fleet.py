@@ -16,7 +16,7 @@ from rotor_sim.stream.simulator import RotorSimulator, SimulatedBlock
 Array = NDArray[np.float64]
 
 _FEW = 3
-"""Up to so many rotors are cheaper one by one than in a full group of lanes."""
+"""Up to this many rotors are faster one by one than in a full group of lanes."""
 
 
 def advance(
@@ -26,14 +26,14 @@ def advance(
 
     The blocks have the bytes of `simulator.advance(n_samples, grid)`. Rotors that agree in rate,
     steps a sample, ball count and the kind of their breathing function (crack_half_angle_rad is 30
-    degrees; another; another with a continued last branch) are integrated up to 16 at a time; more
-    of a kind are faster, other differences cost nothing.
+    degrees; another; another with a continued last branch) are integrated up to 16 at a time. Full
+    groups are fastest; other differences between rotors cost nothing.
 
     Raises:
-        RotorError: the simulators do not stand at the same sample, have not the same rate or are
-            not as many as the grids, or one of them refuses, see `RotorSimulator.advance`.
-        IntegrationError: rotors diverged. Of these two, the message names the first simulator by
-            its place, and none of them has moved: without that one, the others can go on.
+        RotorError: the simulators are not at the same sample, differ in rate or are not as many as
+            the grids, or one of them raises it, see `RotorSimulator.advance`.
+        IntegrationError: rotors diverged. For one simulator's error the message gives its index,
+            and none of them has advanced: the others can continue without it.
 
     """
     _check_alike(simulators, grids)
@@ -61,7 +61,7 @@ def _check_alike(simulators: Sequence[RotorSimulator], grids: Sequence[LoadGrid]
             f'{len(simulators)} simulators cannot use {len(grids)} load grids; give one to each'
         )
     if len(set(map(id, simulators))) != len(simulators):
-        raise RotorError('a simulator stands twice in the fleet; give every rotor its own')
+        raise RotorError('a simulator occurs twice in the fleet; give every rotor its own')
     for place, simulator in enumerate(simulators):
         for what, value, first in (
             ('next_sample', simulator.next_sample, simulators[0].next_sample),
@@ -70,12 +70,12 @@ def _check_alike(simulators: Sequence[RotorSimulator], grids: Sequence[LoadGrid]
             if value != first:
                 raise RotorError(
                     f'simulators[{place}]: {what} = {value}, but that of simulators[0] is {first}; '
-                    'a fleet goes in step'
+                    'they must be equal'
                 )
 
 
 def _integrated(plans: Sequence[Stretch]) -> list[tuple[Array, Array]]:
-    """Return the rows and the state after them of every plan, in order."""
+    """Return the rows and the final state of every plan, in order."""
     results: dict[int, tuple[Array, Array]] = {}
     for places, lanes in _groups(plans):
         rows, states = integrate([plans[place] for place in places], lanes)

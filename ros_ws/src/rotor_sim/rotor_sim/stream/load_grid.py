@@ -12,15 +12,15 @@ from rotor_interfaces.topics import MANEUVER_LOAD
 from rotor_sim.errors import LoadConflictError, RotorError
 
 LOAD_LIMIT_M_S2 = 20.0 * GRAVITY_M_S2
-"""Far outside any flight: a point beyond is a mistake in units."""
+"""Far outside any flight: a larger load is a mistake in units."""
 EARLY_LIMIT = MANEUVER_LOAD.depth
-"""Points are kept this far beyond the next; whoever publishes remembers no more either."""
+"""Early points are kept this far ahead of the next one; a publisher keeps no more either."""
 
 
 class LoadGrid:
     """Apparent gravity per unit mass in frame `rotor`, (y, z) in m/s^2, at k x 10 ms from k = 0.
 
-    Points are appended in order, or taken as they come; old ones can be discarded in a long run.
+    Points are appended in order, or taken in any order; old ones can be discarded in a long run.
     """
 
     def __init__(self) -> None:
@@ -47,12 +47,12 @@ class LoadGrid:
 
     @property
     def next_index(self) -> int:
-        """Index k of the point that must come next; 0 while the grid is empty."""
+        """Index k of the next point of the grid; 0 while it is empty."""
         return self._first + len(self._points)
 
     @property
     def early(self) -> int:
-        """Number of points that wait beyond a hole."""
+        """Number of points that came early and wait until a hole before them is filled."""
         return len(self._early)
 
     def append(self, index: int, load_y: float, load_z: float) -> None:
@@ -65,11 +65,11 @@ class LoadGrid:
         self.take(index, load_y, load_z)
 
     def take(self, index: int, load_y: float, load_z: float) -> None:
-        """Take point `index` (m/s^2) in whatever order it comes; a known one may come again.
+        """Take point `index` (m/s^2), in any order; a known one may come again.
 
-        A point beyond a hole waits until the hole is filled, unless it is EARLY_LIMIT or more
-        ahead. Raises RotorError for an impossible load, LoadConflictError for another value of a
-        point that is held.
+        A point after a hole waits until the hole is filled; one that is EARLY_LIMIT or more ahead
+        is ignored. Raises RotorError for an impossible load, LoadConflictError for another value
+        of a known point.
         """
         known = self._known(index)
         if known is None and not self.next_index <= index < self.next_index + EARLY_LIMIT:
@@ -91,7 +91,7 @@ class LoadGrid:
             self._points.append(point)
 
     def _known(self, index: int) -> tuple[float, float] | None:
-        """Return a point that is held, None where it has not come or has been discarded."""
+        """Return a known point, None if it has not come yet or has been discarded."""
         if self._first <= index < self.next_index:
             return self._points[index - self._first]
         return self._early.get(index)
@@ -103,7 +103,7 @@ class LoadGrid:
     def window(self, first: int, last: int) -> NDArray[np.float64]:
         """Return points first..last (inclusive) as (n, 2), for example for one block.
 
-        Raises RotorError where a point has not come yet or has been discarded.
+        Raises RotorError if a point has not come yet or has been discarded.
         """
         if first < self._first or last >= self.next_index:
             raise RotorError(

@@ -19,14 +19,14 @@ Array = NDArray[np.float64]
 
 _TURN = Fraction('6.28318530717958647692528676655900576839433879875021')
 _ANCHOR_SAMPLES = 1024
-"""Angles are exact at multiples of this from a segment's start and floating point in between."""
+"""Angles are exact at multiples of this from a segment's start, in floating point in between."""
 
 
 @dataclass(frozen=True)
 class Ramp:
     """From `start_sample` (0 or later) to `target` at `rate_per_s`, or, if None, in `duration_s`.
 
-    A duration of 0 is a step. The number of samples is rounded up to a whole one, the slope down.
+    A duration of 0 is a step. The number of samples is rounded up, so the slope is rounded down.
     """
 
     start_sample: int
@@ -44,10 +44,10 @@ class _Segment:
 
 
 class RampSchedule:
-    """An initial value, then ramps; a ramp starts from the value that it finds.
+    """An initial value, then ramps; a ramp starts from the value at its start sample.
 
-    A later ramp cuts an earlier one that is still under way; of two that start at one sample the
-    one added last holds. Before the first ramp, at negative samples too, the initial value stands.
+    A later ramp ends an earlier one that is still under way; of two that start at one sample the
+    one added last is used. Before the first ramp, at negative samples too, the value is initial.
     """
 
     def __init__(self, initial: float, rate_hz: int) -> None:
@@ -93,7 +93,7 @@ class RampSchedule:
             self._origins.append((turns, angle))
 
     def values(self, first_sample: int, count: int) -> tuple[Array, Array]:
-        """Return the value at each sample and its increment up to the next (left limit there)."""
+        """Return the value at each sample and its increment to the left limit at the next one."""
         values, increments = np.empty(count), np.empty(count)
         sample, end = first_sample, first_sample + count
         while sample < end:
@@ -114,7 +114,7 @@ class RampSchedule:
         return segment.value + segment.increment * (sample - segment.start)
 
     def target(self, sample: int) -> float:
-        """Return the value that the ramp under way at `sample` goes to, or the level there."""
+        """Return the target of the ramp under way at `sample`, or the level there."""
         return self._segments[self._place(sample)].target
 
     def highest(self) -> float:
@@ -125,7 +125,7 @@ class RampSchedule:
         return max(bisect.bisect_right(self._starts, sample) - 1, 0)
 
     def _piece(self, sample: int, end: int) -> tuple[int, _Segment, int]:
-        """Return place and segment at `sample`, and where it or the request ends."""
+        """Return index and segment at `sample`, and the end of the segment or of the request."""
         place = self._place(sample)
         if place + 1 < len(self._segments):
             end = min(end, self._starts[place + 1])

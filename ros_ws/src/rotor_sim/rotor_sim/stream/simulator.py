@@ -31,9 +31,9 @@ _LIVE = {'crack_stiffness_ratio': 'crack.stiffness_ratio'}
 class SimulatedBlock:
     """Consecutive samples; rows have WAVEFORM_DTYPE (SI, frame `rotor`), `time` = k/rate.
 
-    `rows` is what the sensors say, with the columns of the user's instruments behind the others;
-    `truth_rows` are without sensor effects. Shaft angle
-    (unwrapped), speed and `truth` hold at the first sample. `imu` is for bearing 1 and 2.
+    `rows` are the sensors' readings, with the columns of the user's instruments after the others;
+    `truth_rows` are without sensor effects. Shaft angle (unwrapped), speed and `truth` are those
+    of the first sample. `imu` is for bearing 1 and 2.
     """
 
     first_sample: int
@@ -51,7 +51,7 @@ class RotorSimulator:
     SETTABLE = tuple(LiveParameters.model_fields)
 
     def __init__(self, config: RotorSimConfig) -> None:
-        """Lay out the run; raises RotorError or ConfigError for what cannot be."""
+        """Set up the run; raises RotorError or ConfigError for an impossible configuration."""
         self.config = config
         self.parameters = config.rotor
         self.substeps = config.substeps()
@@ -97,7 +97,7 @@ class RotorSimulator:
         return sample
 
     def compile(self) -> None:
-        """Load or compile the kernel, so that neither settling nor the first block waits for it."""
+        """Load or compile the kernels, so that settling and the first block do not wait for it."""
         plan = self._planned(0, 0, np.zeros((1, 2)))
         rows, _ = integrate([plan], 1)
         self.check(plan, rows[0], np.zeros_like(self._state))
@@ -106,8 +106,8 @@ class RotorSimulator:
     def prepare(self, load_grid: LoadGrid) -> None:
         """Compile, find the equilibrium under load point 0 and let the start-up settle.
 
-        Raises IntegrationError where there is no equilibrium or the start-up diverges, RotorError
-        where the grid is still empty. Does nothing the second time.
+        Raises IntegrationError if there is no equilibrium or the start-up diverges, RotorError if
+        the grid is still empty. Does nothing the second time.
         """
         if self._prepared:
             return
@@ -133,11 +133,11 @@ class RotorSimulator:
         self._prepared = True
 
     def advance(self, n_samples: int, load_grid: LoadGrid) -> SimulatedBlock:
-        """Return the next `n_samples` samples; calls `prepare` first where that is still to do.
+        """Return the next `n_samples` samples; calls `prepare` first if needed.
 
         Raises:
             RotorError: fewer than 1 sample, or a load grid that ends before the block does.
-            IntegrationError: the state left what the model can describe; the run is over.
+            IntegrationError: the state left the range of the model; the run is over.
 
         """
         plan = self.plan(n_samples, load_grid)
@@ -146,9 +146,9 @@ class RotorSimulator:
         return self.finish(plan, rows[0], states[0])
 
     def plan(self, n_samples: int, load_grid: LoadGrid) -> Stretch:
-        """Return what the next `n_samples` samples need; the first part of `advance`.
+        """Return the integrator's input for the next `n_samples` samples: first part of `advance`.
 
-        Raises what `advance` raises, but for a divergence after the start-up.
+        Raises the errors of `advance`, except for a divergence after the start-up.
         """
         if n_samples < 1:
             raise RotorError(f'n_samples = {n_samples} is out of range; allowed: 1 or more')
@@ -160,9 +160,9 @@ class RotorSimulator:
         return self._planned(first, n_samples, load)
 
     def finish(self, plan: Stretch, out: Array, state: Array) -> SimulatedBlock:
-        """Return the block of a plan that has been integrated and go on after it.
+        """Return the block of an integrated plan and move to the sample after it.
 
-        `out` are the sampled rows, see `integrate`; `state` is that after the last.
+        `out` are the sampled rows, see `integrate`; `state` follows the last.
         """
         first, angle = plan.first_sample, plan.drive[:, 0]
         levels = self._noise_levels(first, len(out))
@@ -198,9 +198,9 @@ class RotorSimulator:
         return Stretch(self._lane, first, self._state, turns, drive, load)
 
     def check(self, plan: Stretch, out: Array, state: Array) -> None:
-        """Raise IntegrationError for rows or a state after them that no rotor can have.
+        """Raise IntegrationError if rows or final state are not finite or outside the bearings.
 
-        Not finite, or outside the bearings: never to be handed out. Nothing has moved then.
+        The simulator has not advanced then.
         """
         from rotor_sim.stream import _kernels  # noqa: PLC0415 - numba is slow to import
 

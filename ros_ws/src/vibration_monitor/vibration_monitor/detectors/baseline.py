@@ -17,10 +17,10 @@ from vibration_monitor.monitor import IndicatorRecord, VibrationMonitor
 from vibration_monitor.monitor_config import MonitorConfig
 
 _LEVEL_SHARE = 0.8
-"""The difference from the reference alone never takes the score beyond this part of the alarm."""
+"""The difference from the reference alone never raises the score above this part of the alarm."""
 
 _SILENCE_S = 10.0
-"""Without a window for so long (no shaft angle) nothing is known any more."""
+"""Without a window (no shaft angle) for this long the verdict is SILENT."""
 
 _MONITOR = MonitorConfig(
     channels=PROBES, orders=(1.0, 2.0, 3.0), extras=('crack',), hop_revolutions=32
@@ -71,12 +71,12 @@ class BaselineDetector:
 
 
 def reference_monitor() -> VibrationMonitor:
-    """Return a monitor whose records teach a baseline; each flight takes one of its own."""
+    """Return a monitor whose records a baseline is learnt from; each flight needs a new one."""
     return VibrationMonitor(_MONITOR.model_copy(update={'extras': ()}))
 
 
 def baseline_of(flights: Iterable[Iterable[WaveformBlock]]) -> CrackBaseline:
-    """Return what healthy flights of one machine teach, each a stream of blocks.
+    """Return the baseline of one machine from healthy flights, each a stream of blocks.
 
     Raises:
         MonitorError: no window of them has all of `crack_model.PROBES`.
@@ -86,7 +86,7 @@ def baseline_of(flights: Iterable[Iterable[WaveformBlock]]) -> CrackBaseline:
 
 
 def baseline_of_records(flights: Iterable[Iterable[IndicatorRecord]]) -> CrackBaseline:
-    """Return the same of flights that are each the records of a `reference_monitor`.
+    """Return the baseline from flights that are each the records of a `reference_monitor`.
 
     Raises:
         MonitorError: no window of them has all of `crack_model.PROBES`.

@@ -74,7 +74,7 @@ def detector_target(name: str) -> str:
 
 
 def load_detector(target: str) -> Callable[[], Detector]:
-    """Return what makes a detector, given as `module:attribute`.
+    """Return the class or function that makes a detector, given as `module:attribute`.
 
     Raises:
         MonitorError: the module cannot be imported, lacks the attribute, or it is not callable.
@@ -87,7 +87,7 @@ def load_detector(target: str) -> Callable[[], Detector]:
 
 
 def check_detector(detector: Any, target: str) -> Detector:
-    """Return `detector`; raises MonitorError where it lacks a part of the protocol."""
+    """Return `detector`; raises MonitorError if it lacks a part of the protocol."""
     for name, count in (('fit', 1), ('push', 1)):
         method = getattr(detector, name, None)
         if not callable(method):

@@ -14,7 +14,7 @@ from vibration_monitor.persistence import Persistence
 LIMITS = {'disk_z/ratio_2_1': 0.3, 'disk_z/ratio_3_1': 0.5}
 """Limits above what a healthy rotor of this kind shows in steady flight (docs/monitor.md)."""
 REQUIRED, OUT_OF = 3, 5
-"""Windows that must reach a level, of so many last ones."""
+"""A level is reached when REQUIRED of the last OUT_OF windows reach it."""
 
 
 class RatioDetector:

@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 class ZoneDetector:
     """RMS velocity over the limit of the alarm, the worst of the four accelerometers.
 
-    Windows of 1 s follow one another; score = what 3 of the last 5 reach. A window with a gap or
-    a NaN says nothing for the channels concerned; without reference flights there is no verdict.
+    Consecutive windows of 1 s; score = the level that 3 of the last 5 reach. A window with a gap or
+    a NaN does not count for the channels concerned; without reference flights there is no verdict.
     """
 
     alarm_score = 1.0

@@ -65,7 +65,7 @@ def synchronous_average(tracked: NDArray[np.float64], count: int) -> NDArray[np.
 def average_and_residual_rms(
     tracked: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the RMS of the synchronous average about its mean, and of what is left without it.
+    """Return the RMS of the synchronous average about its mean, and that of the residual.
 
     Arguments as of `synchronous_average`; both in the unit of the signals, (signals,). Their
     squares add up to the square of the RMS of the whole.

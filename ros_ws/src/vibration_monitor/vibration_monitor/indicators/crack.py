@@ -62,7 +62,7 @@ class Crack(Family):
 
     @classmethod
     def refusal(cls, config: 'MonitorConfig') -> str:
-        """Return why these settings do not serve it."""
+        """Return why these settings rule it out, '' where they do not."""
         orders = [f'{order:g}' for order in CRACK_ORDERS if order not in config.orders]
         if orders:
             return f"extras holds 'crack', which needs order {orders[0]} in orders"
@@ -82,7 +82,7 @@ class Crack(Family):
         )
 
     def compute(self, window: Window) -> list[list[float]]:
-        """Return the estimate; leave what is to be doubted with the window."""
+        """Return the estimate; note the doubts about it in the window."""
         findings = self._estimator.update(
             CrackWindow.of(window.indicators, window.step_revolutions)
         )

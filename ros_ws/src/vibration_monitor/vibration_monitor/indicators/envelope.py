@@ -57,12 +57,12 @@ class Envelope(Family):
 
     @classmethod
     def is_of(cls, source: str) -> bool:
-        """Say whether it is computed of this channel."""
+        """Say whether it is computed for this channel."""
         return is_acceleration(source)
 
     @classmethod
     def refusal(cls, config: 'MonitorConfig') -> str:
-        """Return why these settings do not serve it."""
+        """Return why these settings rule it out, '' where they do not."""
         if config.ball_pass_order < config.ball_count:
             return ''
         return (

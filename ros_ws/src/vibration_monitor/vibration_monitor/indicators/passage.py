@@ -52,7 +52,7 @@ class Passage(Family):
 
     @classmethod
     def refusal(cls, config: 'MonitorConfig') -> str:
-        """Return why these settings do not serve it."""
+        """Return why these settings rule it out, '' where they do not."""
         if config.critical_speed_rad_s is None:
             return "extras holds 'passage', which needs critical_speed_rad_s; give it"
         return ''
@@ -69,7 +69,7 @@ class Passage(Family):
         }
 
     def compute(self, window: Window) -> Array:
-        """Return amplitude and speed of what each channel has passed, order by order."""
+        """Return amplitude and speed of each channel's passage, order by order."""
         columns: list[Array] = []
         for order, tracker in self._trackers.items():
             if not window.follows:
@@ -99,11 +99,11 @@ class PassageTracker:
     def update(
         self, speed_rad_s: float, amplitudes: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Take the next window; return what a passage that it ends has shown.
+        """Take the next window; return the result of the passage that it ends.
 
         Args:
             speed_rad_s: mean speed of the window.
-            amplitudes: of the order, one a channel, in its unit; NaN where there is none.
+            amplitudes: of the order, one per channel, in its unit; NaN where there is none.
 
         Returns:
             Largest amplitude of each channel within the band and the mean speed of its window in

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The registry of indicator families, which fixes their order.
 
-Published come first the indicators of the window, then those of channel after channel, then those
-of plane after plane, each in the order of `FAMILIES`. A user's family is named in `extras` by its
+The indicators of the window are published first, then those of each channel, then those of each
+plane, each in the order of `FAMILIES`. A user's family is named in `extras` by its
 entry point in the group `rotor_rig.indicators` or as `module:Class`, and comes last.
 """
 
@@ -40,10 +40,10 @@ FAMILIES: tuple[type[Family], ...] = (
     Shaft, Vectors, Ratios, Mean, Spectrum, Statistics, Envelope, Average, Passage, Trend, Whirl,
     Orbit, Crack,
 )  # fmt: skip
-"""In the order of publication; within a window in that of computing too."""
+"""In the order of publication; families of the same kind are also computed in this order."""
 
 EXTRAS = tuple(family.key for family in FAMILIES if not family.is_always_on)
-"""What can be computed beside the families that always are."""
+"""The families that are computed only if the settings name them."""
 
 _loaded = {family.key: family for family in FAMILIES if not family.is_always_on}
 
@@ -85,7 +85,7 @@ def chosen(extras: Sequence[str]) -> list[type[Family]]:
 
 
 def kinds(source: str, orders: Sequence[float], extras: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, without the source, that a channel, a plane, or ('') a window has."""
+    """Return the indicator names, without the source, of a channel, a plane, or ('') a window."""
     of = 'window' if not source else 'channel' if is_channel(source) else 'plane'
     return tuple(
         kind
@@ -120,7 +120,7 @@ def find(name: str) -> Indicator | None:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of an indicator, '1' for a pure number and for one that nobody knows."""
+    """Return the unit of an indicator, '1' for a pure number and for an unknown name."""
     indicator = find(name)
     if indicator is None:
         return '1'
@@ -135,10 +135,10 @@ def _find(kind: str) -> Indicator | None:
 
 
 def _check_declaration(family: type[Family], target: str) -> None:
-    """Raise MonitorError where a family does not say what it must, or takes a known name."""
+    """Raise MonitorError if a family lacks a declaration, or one of its names is known already."""
     for part in ('key', 'title', 'needs', 'fooled_by'):
         if not isinstance(getattr(family, part, None), str):
-            raise MonitorError(f'{target} does not say its {part}')
+            raise MonitorError(f'{target} does not declare its {part}')
     if family.of not in {'window', 'channel', 'plane'}:
         raise MonitorError(f"{target} is of {family.of!r}; allowed: 'window', 'channel', 'plane'")
     known = [each.name for each in family.indicators if _find(each.name.replace('{order}', '1'))]

@@ -37,7 +37,7 @@ class Spectrum(Family):
     of = 'window'
 
     def compute(self, window: Window) -> list[list[float]]:
-        """Leave the spectrum with the window; return no values."""
+        """Store the spectrum in the window; return no values."""
         from vibration_monitor.order_tracking import highest_order
 
         count = window.count

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vibration_monitor.monitor_config import MonitorConfig
 
 SPEED_TOLERANCE = 0.02
-"""Windows whose speed differs by more of it from that of the newest one are left out."""
+"""Windows whose speed differs by a larger part from that of the newest one are left out."""
 
 MIN_WINDOWS = 6
 MIN_LOAD_SPREAD = 0.1

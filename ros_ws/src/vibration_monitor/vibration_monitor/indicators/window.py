@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(eq=False)
 class Window:
-    """The samples of one window; what follows from them is computed when first asked for.
+    """The samples of one window; derived quantities are computed on first use.
 
     `revolutions` (samples,) is the rising shaft angle in revolutions: its first value is at or
     before `start`, its last at or after start + count. `signals` (channels, samples) are in m or
@@ -39,16 +39,16 @@ class Window:
     names: tuple[str, ...] = ()
     hop: int = 1
     previous_start: int | None = None
-    """Start of the window before; None for the first of a run."""
+    """Start of the previous window; None for the first of a run."""
     values: Array = field(default_factory=lambda: np.empty(0))
     """What has been computed so far, in the order of `names`; NaN for all others."""
     doubts: dict[str, str] = field(default_factory=dict)
-    """Why an indicator's value, or its lack, cannot vouch for a sound machine."""
+    """Why an indicator's value, or a missing value, cannot vouch for a sound machine."""
     spectrum: 'OrderSpectrum | None' = None
 
     @cached_property
     def alive(self) -> NDArray[np.bool_]:
-        """Which channels have no NaN and move at all; (channels,)."""
+        """Which channels have no NaN and are not constant; (channels,)."""
         inside = self.signals[:, self.inside]
         moves: NDArray[np.bool_] = inside.max(axis=1) > inside.min(axis=1)
         return np.isfinite(self.signals).all(axis=1) & moves
@@ -122,7 +122,7 @@ class Window:
 
     @cached_property
     def _finite(self) -> Array:
-        # always a copy: of an array in another form the sums would be compiled anew, for 10 s
+        # always a copy: another memory layout would make numba compile the sums again, for 10 s
         return np.where(self.alive[:, np.newaxis], self.signals, 0.0)
 
     @property
@@ -132,12 +132,12 @@ class Window:
 
     @property
     def follows(self) -> bool:
-        """Whether the window before lies one hop back."""
+        """Whether the previous window starts one hop before this one."""
         return self.previous_start is not None and self.start - self.previous_start == self.hop
 
     @property
     def step_revolutions(self) -> int:
-        """Revolutions since the window before; one hop where the angle began anew."""
+        """Revolutions since the previous window; one hop where the angle started again."""
         if self.previous_start is None or self.start <= self.previous_start:
             return self.hop
         return self.start - self.previous_start
