@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Keeps the engines of plants: writes each once, loads it, and says while it compiles."""
 
+import atexit
+import contextlib
 import functools
 import hashlib
 import importlib.util
 import os
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -16,15 +19,18 @@ from rotor_common import machine_code
 from rotor_common.durable_file import write_whole
 
 
+@functools.cache
 def _folder() -> Path:
-    """Return where engines are kept: the user's cache, or a new folder where there is none."""
-    root = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
-    folder = Path(root, 'rotor_rig', 'engines')
-    try:
+    """Return where engines are kept: the user's cache, or for this process a folder of its own."""
+    with contextlib.suppress(OSError, RuntimeError):  # read-only, or a user without a home
+        folder = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'rotor_rig')
+        folder = folder / 'engines'
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix='rotor_rig_engines_'))
-    return folder
+        if os.access(folder, os.W_OK | os.X_OK):
+            return folder
+    passing = Path(tempfile.mkdtemp(prefix='rotor_rig_'))
+    atexit.register(shutil.rmtree, passing, ignore_errors=True)
+    return passing
 
 
 @functools.cache

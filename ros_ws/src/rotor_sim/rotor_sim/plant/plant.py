@@ -94,7 +94,7 @@ class Plant(ConfigModel):
         counts: dict[str, int] = {}
         named = []
         for element in self.elements:
-            kind = element.kind
+            kind = type(element).model_fields['kind'].default
             counts[kind] = counts.get(kind, 0) + 1
             named.append((element.name or f'{kind}_{counts[kind]}', element))
         return named
