@@ -144,6 +144,18 @@ WRONG = [
         ),
         'twins are not alike: crack_1',
     ),
+    (
+        twins(
+            {
+                'kind': 'residual_bow',
+                'node': 'left',
+                'other': 'right',
+                'stiffness_n_m': 1e5,
+                'bow_m': 1e-5,
+            }
+        ),
+        'twins are not alike: right accelerates along y unlike its twin',
+    ),
 ]  # fmt: skip
 
 
