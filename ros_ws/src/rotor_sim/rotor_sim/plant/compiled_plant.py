@@ -68,6 +68,22 @@ class CompiledPlant:
             for name, field in self.engine.live
         }
         """The live parameters by `element.field`, with their values at time 0."""
+        if plant.twins:
+            self._check_twins()
+
+    def _check_twins(self) -> None:
+        """Refuse an element between twins that tells them apart, from one state of them alike."""
+        n, order = self.size, list(self.assembly.canonical)
+        state = 1e-5 * np.cos(np.arange(1.0, 2 * n + 1))
+        state = np.concatenate([state[:n][order], state[n:][order]])
+        found = self.acceleration(state, Instant(1.0, 100.0, (10.0, 3.0), 5.0))
+        differ = np.abs(found - found[order]) > 1e-9 * np.abs(found).max()
+        if differ.any():
+            node, axis = self.coordinates[int(np.argmax(differ))]
+            raise PlantError(
+                f'twins are not alike: {node} accelerates along {axis} unlike its twin; take the '
+                'pair out of twins'
+            )
 
     @property
     def size(self) -> int:

@@ -100,10 +100,14 @@ def derivative(rule: Callable[..., Any]) -> Callable[[Callable[..., Any]], Calla
 
 @functools.cache
 def _parsed(function: Callable[..., Any]) -> ast.FunctionDef:
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    name = getattr(function, '__qualname__', repr(function))
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    except (OSError, TypeError):
+        raise PlantError(f'{name} cannot be read; write it with `def` in a file') from None
     found = next((node for node in tree.body if isinstance(node, ast.FunctionDef)), None)
     if found is None:
-        raise PlantError(f'{function.__qualname__} is no plain function; {SUBSET}')
+        raise PlantError(f'{name} is no plain function; {SUBSET}')
     return found
 
 
@@ -122,7 +126,10 @@ def follow(
     An argument is a number, a Term, a tuple of these or Names. `who` names the element in errors.
     Raises PlantError for a statement that cannot be followed.
     """
-    result = _call(function, arguments, writer, who)
+    try:
+        result = _call(function, arguments, writer, who)
+    except RecursionError:
+        raise PlantError(f'{who}: {function.__qualname__} calls itself; {SUBSET}') from None
     return result if isinstance(result, tuple) else (result,)
 
 

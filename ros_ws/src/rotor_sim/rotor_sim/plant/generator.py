@@ -10,6 +10,7 @@ contracted, so a lane has the same bits alone and among others, with and without
 """
 
 import inspect
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -290,7 +291,7 @@ class _EngineWriter:
         """Write eq. (5) of this plant; return the accelerations and the records."""
         assembly = self._assembly
         pushed: dict[int, list[Term]] = {}
-        forces: dict[str, tuple[Any, ...]] = {}
+        forces: dict[str, tuple[Term, ...]] = {}
         for each in assembly.elements:
             if each.element.force is None:
                 continue
@@ -301,9 +302,10 @@ class _EngineWriter:
                     f'element {each.name} ({each.element.kind}): its force returns {len(found)} '
                     f'numbers, but it touches {len(each.places)} degrees of freedom'
                 )
+            found = tuple(self._as_term(each, force) for force in found)
             forces[each.name] = found
             for place, force in zip(each.places, found, strict=True):
-                if place is not None and isinstance(force, Term):
+                if place is not None and force.text != '0.0':
                     pushed.setdefault(place, []).append(force)
         writer.lines.append('# accelerations')
         total = {k: self._sum(writer, terms) for k, terms in pushed.items()}
@@ -316,9 +318,18 @@ class _EngineWriter:
                 case 'load':
                     records.append(Term(('load_y', 'load_z')[record.place]))
                 case _:
-                    force = forces[record.element][record.place]
-                    records.append(force if isinstance(force, Term) else Term(repr(float(force))))
+                    records.append(forces[record.element][record.place])
         return found_a, records
+
+    @staticmethod
+    def _as_term(each: PlacedElement, force: Any) -> Term:
+        if isinstance(force, Term):
+            return force
+        if isinstance(force, int | float) and math.isfinite(force):
+            return Term(repr(float(force)))
+        raise PlantError(
+            f'element {each.name} ({each.element.kind}): its force returns {force!r}, not a number'
+        )
 
     @staticmethod
     def _sum(writer: Writer, terms: Sequence[Term]) -> Term:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A rotor as nodes and elements, and the numbers that its equation of motion is made of."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -65,29 +66,19 @@ class Plant(ConfigModel):
                     f'nodes.{name}: a node is named in small letters, digits and _, and not '
                     f'{GROUND!r}, which never moves'
                 )
-        names = [name for name, _ in self.named_elements()]
-        if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-            raise PlantError(f'two elements are named {twice[0]!r}; rename one')
-        self._check_ends()
-        for pair in self.twins:
-            for node in pair:
-                if node not in self.nodes:
-                    raise PlantError(
-                        f'twins: {node!r} is no node of the plant; it has {", ".join(self.nodes)}'
-                    )
-        return self
-
-    def _check_ends(self) -> None:
+        names: set[str] = set()
         for place, (name, element) in enumerate(self.named_elements()):
-            ends = [getattr(element, key) for key, _ in element.touches]
-            for (key, _), node in zip(element.touches, ends, strict=True):
-                if node != GROUND and node not in self.nodes:
-                    raise PlantError(
-                        f'elements[{place}].{key} = {node!r} is no node of the plant; it has '
-                        f'{", ".join(self.nodes)}'
-                    )
-            if len(set(ends)) != len(ends):
-                raise PlantError(f'elements[{place}] ({name}) has the node {ends[0]!r} at two ends')
+            if name in names:
+                raise PlantError(f'elements[{place}].name = {name!r} stands twice; rename one')
+            names.add(name)
+            _check_ends(f'elements[{place}]', name, element, self.nodes)
+        paired = [node for pair in self.twins for node in pair]
+        for node in paired:
+            if node not in self.nodes:
+                raise PlantError(f'twins: {node!r} is no node of the plant')
+            if paired.count(node) > 1:
+                raise PlantError(f'twins: {node!r} stands twice; a node has one twin, not itself')
+        return self
 
     def named_elements(self) -> list[tuple[str, Element]]:
         """Return the elements with their names: given ones, else the kind and a number."""
@@ -104,7 +95,7 @@ class Plant(ConfigModel):
         tilting = {name for name, node in self.nodes.items() if node.tilts}
         for element in self.elements:
             for key, axes in element.touches:
-                if 'theta_y' in axes:
+                if set(axes) - set(TRANSLATIONS):
                     tilting.add(getattr(element, key))
         return tuple(
             (name, axis)
@@ -115,6 +106,24 @@ class Plant(ConfigModel):
 
 def _is_name(name: str) -> bool:
     return name.isidentifier() and name.islower()
+
+
+def _check_ends(where: str, name: str, element: Element, nodes: Mapping[str, Node]) -> None:
+    ends = [getattr(element, key) for key, _ in element.touches]
+    for (key, axes), node in zip(element.touches, ends, strict=True):
+        if node != GROUND and node not in nodes:
+            raise PlantError(
+                f'{where}.{key} = {node!r} is no node of the plant; it has {", ".join(nodes)}'
+            )
+        if unknown := [axis for axis in axes if axis not in ALL_AXES]:
+            raise PlantError(
+                f'{where} ({name}) touches {unknown[0]!r} of {key}; a node has '
+                f'{", ".join(ALL_AXES)}'
+            )
+        if ends.count(node) > 1:
+            raise PlantError(f'{where} ({name}) has the node {node!r} at two ends')
+    if set(ends) == {GROUND}:
+        raise PlantError(f'{where} ({name}) acts on {GROUND!r} alone, which never moves')
 
 
 @dataclass(frozen=True)
@@ -184,11 +193,12 @@ def assemble(plant: Plant) -> Assembly:
             for key, axes in element.touches
             for axis in axes
         )
-        placed.append(
-            PlacedElement(name, element, places, _twin(placed, element, places, canonical))
-        )
+        _check_numbers(name, element)
+        twin = _twin(placed, element, places, canonical)
+        placed.append(PlacedElement(name, element, places, twin))
     linear = _linear_part(plant, coordinates, placed)
     _check_masses(linear.mass, coordinates)
+    _check_twins(placed, linear, coordinates, canonical)
     return Assembly(coordinates, canonical, tuple(placed), linear)
 
 
@@ -202,13 +212,66 @@ def _twin(
     alike = [None if place is None else canonical[place] for place in places]
     for k, other in enumerate(before):
         if (
-            type(other.element) is type(element)
+            other.places != places
             and [None if place is None else canonical[place] for place in other.places] == alike
-            and other.element.coefficients() == element.coefficients()
-            and all(getattr(other.element, name) == getattr(element, name) for name in element.live)
+            and _acts_alike(other.element, element)
         ):
             return k
     return len(before)
+
+
+def _acts_alike(one: Element, other: Element) -> bool:
+    return (
+        type(one) is type(other)
+        and one.coefficients() == other.coefficients()
+        and one.structure() == other.structure()
+        and one.rotations() == other.rotations()
+        and all(getattr(one, name) == getattr(other, name) for name in one.live)
+    )
+
+
+def _check_twins(
+    placed: Sequence[PlacedElement],
+    linear: LinearPart,
+    coordinates: Sequence[tuple[str, Axis]],
+    canonical: Sequence[int],
+) -> None:
+    """Refuse twins of which one has a matrix or a force that the other has not."""
+    other = {k: c for k, c in enumerate(canonical) if k != c}
+    other |= {c: k for k, c in other.items()}
+    order = [other.get(k, k) for k in range(len(canonical))]
+    for what in ('mass', 'damping', 'damping_per_speed', 'stiffness', 'stiffness_per_speed'):
+        matrix = getattr(linear, what)
+        differ = np.abs(matrix - matrix[np.ix_(order, order)]) > 1e-12 * np.abs(matrix).max()
+        if differ.any():
+            node, axis = coordinates[int(np.argmax(differ.any(axis=1)))]
+            raise PlantError(
+                f'twins are not alike: the {what} of {node}, {axis} is not that of its twin; '
+                'give both nodes the same, or take the pair out of twins'
+            )
+    for each in placed:
+        swapped = tuple(None if k is None else other.get(k, k) for k in each.places)
+        if each.element.force is None or set(swapped) == set(each.places):
+            continue
+        if not any(
+            one.places == swapped and _acts_alike(one.element, each.element) for one in placed
+        ):
+            raise PlantError(
+                f'twins are not alike: {each.name} ({each.element.kind}) acts on one of them and '
+                'nothing like it on the other; give both the same, or take the pair out of twins'
+            )
+
+
+def _check_numbers(name: str, element: Element) -> None:
+    for key in element.live:
+        if not isinstance(getattr(element, key, None), int | float):
+            raise PlantError(f'{name} ({element.kind}): its live {key!r} is no number field')
+    for key, value in element.coefficients().items():
+        for one in value if isinstance(value, tuple) else (value,):
+            if not isinstance(one, int | float) or not math.isfinite(one):
+                raise PlantError(
+                    f'{name} ({element.kind}): its coefficient {key} = {one!r} is no finite number'
+                )
 
 
 def _linear_part(
@@ -235,17 +298,14 @@ def _linear_part(
         ours = [k for k, place in enumerate(each.places) if place is not None]
         theirs = [place for place in each.places if place is not None]
         given = {name: getattr(matrices, name) for name in names}
+        for name, matrix in given.items():
+            _check_matrix(each, name, matrix)
         touched = np.zeros((len(each.places),) * 2, bool)
         for matrix in given.values():
             touched |= False if matrix is None else matrix != 0.0
         for name, matrix in given.items():
             if matrix is None:
                 continue
-            if matrix.shape != touched.shape:
-                raise PlantError(
-                    f'{each.name}: its {name} matrix is {matrix.shape}, but it touches '
-                    f'{len(each.places)} degrees of freedom'
-                )
             total[name][np.ix_(theirs, theirs)] += matrix[np.ix_(ours, ours)]
             # by structure: a factor that happens to be 0 does not change the compiled code
             patterns[name][np.ix_(theirs, theirs)] |= touched[np.ix_(ours, ours)]
@@ -254,6 +314,17 @@ def _linear_part(
         unit = np.array([float(own == axis) for _, own in coordinates])
         load[:, k] = plant.load_scale * (total['mass'] @ unit)
     return LinearPart(**total, load=load, patterns=patterns)
+
+
+def _check_matrix(each: PlacedElement, name: str, matrix: Array | None) -> None:
+    n = len(each.places)
+    if matrix is not None and matrix.shape != (n, n):
+        raise PlantError(
+            f'{each.name}: its {name} matrix is {matrix.shape}, but it touches {n} degrees of '
+            'freedom'
+        )
+    if matrix is not None and not np.isfinite(matrix).all():
+        raise PlantError(f'{each.name}: its {name} matrix holds a number that is not finite')
 
 
 def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:
