@@ -102,7 +102,7 @@ def test_keys_that_no_node_starts_with_are_refused(
 def test_nothing_is_evaluated_over_dds(monkeypatch: pytest.MonkeyPatch) -> None:
     ask(monkeypatch, ENABLE='true')
     with pytest.raises(ConfigError, match='ROS_SECURITY_STRATEGY'):
-        topic.follow([], topic.Node('alarm'), None)  # type: ignore[arg-type]
+        topic.follow([], topic.TestedNode('alarm'), None)  # type: ignore[arg-type]
 
 
 COMMANDS = {

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rotor_bench.evaluation.checkpoint import Parts
     from rotor_bench.evaluation.outcome import Evaluated
     from rotor_bench.evaluation.suites import Chosen
-    from rotor_bench.evaluation.topic import Node
+    from rotor_bench.evaluation.topic import TestedNode
 
 TOPIC = 'topic:'
 PARTS = 'parts'
@@ -76,11 +76,11 @@ def evaluate(
             report,
             suites,
         )
-        from rotor_bench.evaluation.topic import Node
+        from rotor_bench.evaluation.topic import TestedNode
 
         chosen = suites.load(suite, seed=seed, split=split, limit=limit)
         nodes = [
-            Node(name.removeprefix(TOPIC), node_command, rate)
+            TestedNode(name.removeprefix(TOPIC), node_command, rate)
             for name in detectors
             if name.startswith(TOPIC)
         ]
@@ -147,7 +147,7 @@ def _kept(place: 'Parts') -> int:
 def _evaluated(
     chosen: 'Chosen',
     modules: list[str],
-    nodes: list['Node'],
+    nodes: list['TestedNode'],
     jobs: int,
     place: 'Parts',
     *,

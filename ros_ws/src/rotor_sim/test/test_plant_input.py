@@ -284,8 +284,8 @@ def long_loop(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
     return total, x[1]
 
 
-def two_arguments(x: Any, v: Any) -> Any:
-    return x[0], v[1]
+def other_argument(x: Any, q: Any) -> Any:
+    return x[0], q[1]
 
 
 def infinite(x: Any, v: Any, p: Any, d: Any, s: Any) -> Any:
@@ -315,7 +315,7 @@ WRONG_ELEMENTS: list[tuple[Callable[[], Any], str]] = [
     (lambda: built(unknown_d), 'unknown_d reads angle of the drive d, which has only .*speed_rad'),
     (lambda: built(unknown_name), 'the unknown name missing_here in line 2'),
     (lambda: built(calls_itself), 'calls_itself calls itself'),
-    (lambda: built(two_arguments), 'two_arguments takes 2 arguments, not 5'),
+    (lambda: built(other_argument), 'other_argument takes q; it may take x, v, p, d, s'),
     (lambda: built(lambda x, v, p, d, s: x), 'is no plain function'),
     (lambda: built(functools.partial(good)), 'cannot be read; write it with `def` in a file'),
     (lambda: built(IN_NO_FILE['force']), 'force cannot be read; write it with `def` in a file'),

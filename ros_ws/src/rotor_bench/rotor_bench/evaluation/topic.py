@@ -46,7 +46,7 @@ MOST_PER_S = 1000.0
 
 
 @dataclass(frozen=True)
-class Node:
+class TestedNode:
     """A node under test: the topic of its alarm, how to start it, how fast to replay.
 
     Without a `command` it must be running; with one it is started anew for every flight.
@@ -69,7 +69,7 @@ class Node:
 
 def follow(
     machines: Sequence[Machine],
-    node: Node,
+    node: TestedNode,
     source: Source,
     on_flights: OnFlights = lambda _flights, _seconds: None,
 ) -> Evaluated:
@@ -100,7 +100,7 @@ def follow(
     return Evaluated(results, ISOLATION, {name: ALARM_SCORE})
 
 
-def _outcome(flight: Flight, node: Node, source: Source) -> Outcome:
+def _outcome(flight: Flight, node: TestedNode, source: Source) -> Outcome:
     with tempfile.TemporaryDirectory(prefix='rig-') as place:
         folder = Path(place)
         file = folder / 'flight.mcap'
@@ -161,7 +161,7 @@ class _Complaint:
         return '' if code is None else f'its node ended with exit code {code} during the flight'
 
 
-def _replayed(file: Path, node: Node, folder: Path) -> dict[str, Any]:
+def _replayed(file: Path, node: TestedNode, folder: Path) -> dict[str, Any]:
     """Return what `listener_node` wrote; raises ProcessError if a running node is missing."""
     out = folder / 'said.json'
     done = subprocess.run(
