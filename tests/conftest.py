@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from live_flight import CLI, private_environment
 
-from rig_support import LiveRun, LiveRuns, Rig, RigRun, shared_folder
+from rig_support import LiveRun, LiveRuns, OfflineFlights, Rig, RigRun, shared_folder
 
 
 @pytest.fixture(scope='session')
@@ -47,6 +47,21 @@ def live(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> LiveRuns:
                 (folder / 'summary.json').write_text(done.out)
         summary = json.loads((folder / 'summary.json').read_text())
         return LiveRun(Path(summary['recording']), summary)
+
+    return run
+
+
+@pytest.fixture(scope='session')
+def offline(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> OfflineFlights:
+    """Simulate a shipped scenario once a session, and return its recording."""
+
+    def run(scenario: str) -> Path:
+        with shared_folder(tmp_path_factory, f'offline-{scenario}') as (folder, is_new):
+            if is_new:
+                folder.mkdir()
+                done = rig('simulate', scenario, '--out', folder / 'flight.mcap')
+                assert done.code == 0, done.err
+        return folder / 'flight.mcap'
 
     return run
 

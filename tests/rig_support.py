@@ -44,6 +44,7 @@ class LiveRun:
 
 
 LiveRuns = Callable[..., LiveRun]
+OfflineFlights = Callable[[str], Path]
 
 
 @contextmanager

@@ -79,6 +79,7 @@ def test_an_orbit_diagram_is_the_survey_in_every_file(command: Command, tmp_path
     assert 'the same start at every value' in picture
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_bytes(command: Command, tmp_path: Path) -> None:
     for name in ('a', 'b'):
         (tmp_path / name).mkdir()
@@ -467,6 +468,7 @@ def test_the_documented_commands_run(command: Command, line: str) -> None:
     assert 'wrote ' in said
 
 
+@pytest.mark.slow
 def test_the_documented_python_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -586,6 +588,7 @@ def test_sweeps_count_what_diverged(command: Command, name: str, first: str, gon
         assert [left is not None for left in found['diverged_at']] == [gone == 2, True]
 
 
+@pytest.mark.slow
 def test_a_motion_that_changes_with_the_step_is_undecided_and_says_why(command: Command) -> None:
     """figure around K = 0.225 at 256 steps: whatever the label, it does not contradict."""
     code, said = command(

@@ -164,6 +164,7 @@ def test_a_scheduler_without_workers_is_one_sentence(scheduler: Scheduler) -> No
         pass
 
 
+@pytest.mark.slow
 def test_a_worker_that_would_compute_something_else_is_refused(
     scheduler: Scheduler,
     worker: Callable[[], subprocess.Popen[bytes]],

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import pytest
 from live_flight import CLI, private_environment
+from typer.testing import CliRunner
 
 from rig_support import RigRun
+from rotor_bringup.cli import app
 from rotor_common import machine_code
 from rotor_interfaces import access, dds
 
@@ -235,14 +237,19 @@ def test_a_folder_that_was_removed(command: Command, verb: str) -> None:
 
 
 @pytest.mark.parametrize('line', TABLES)
-def test_tables_on_a_narrow_terminal_lose_nothing(command: Command, line: str) -> None:
+def test_tables_on_a_narrow_terminal_lose_nothing(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    monkeypatch.chdir(folder)
+
     def shown(columns: str) -> str:
-        return command(f'$RIG {line}', COLUMNS=columns).out
+        return CliRunner().invoke(app, shlex.split(line), env={'COLUMNS': columns}).stdout
 
     def letters(text: str) -> list[str]:
         return sorted(letter for letter in text if letter.isalnum())
 
     wide = letters(shown('200'))
+    assert len(wide) > 100
     for columns in ('30', '40', '60'):
         narrow = shown(columns)
         assert '\u2026' not in narrow

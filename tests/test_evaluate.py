@@ -247,7 +247,8 @@ def test_what_cannot_be_is_one_sentence(
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-def test_a_folder_that_is_no_data_set_is_said(rig: Rig, tmp_path: Path) -> None:
-    done = rig('evaluate', 'ratios', '--suite', tmp_path, '--out', tmp_path / 'out')
-    assert done.code == 2
-    assert 'holds no data set' in done.err
+def test_a_folder_that_is_no_data_set_is_said(tmp_path: Path) -> None:
+    options = ['evaluate', 'ratios', '--suite', str(tmp_path), '--out', str(tmp_path / 'out')]
+    done = CliRunner().invoke(app, options)
+    assert done.exit_code == 2
+    assert 'holds no data set' in done.stderr

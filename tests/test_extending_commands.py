@@ -25,6 +25,7 @@ def commands(part: str) -> list[list[str]]:
     return [line.split() for line in re.findall('^rotor-rig (.*)$', page(part), re.MULTILINE)]
 
 
+@pytest.mark.slow
 def test_an_installed_verb_is_listed_helped_and_run(flight: Path, tmp_path: Path) -> None:
     site = installed('command', 'peaks', tmp_path)
     assert re.search(r'peaks +Print the largest absolute', run(*RIG, '--help', path=site))
@@ -40,6 +41,7 @@ def test_an_installed_verb_is_listed_helped_and_run(flight: Path, tmp_path: Path
     assert f'disk_z       {found["disk_z"]:.4g}\n' in plain
 
 
+@pytest.mark.slow
 def test_an_installed_format_writes_the_windows(flight: Path, tmp_path: Path) -> None:
     site = installed('output_format', 'parquet_windows', tmp_path)
     (words,) = commands('output_format')

@@ -11,6 +11,7 @@ import pytest
 from extending_support import RIG, blocks, installed, page, run
 
 
+@pytest.mark.slow
 def test_the_script_prints_what_the_page_says(tmp_path: Path) -> None:
     for name, code in zip(('my_detector', 'try_it'), blocks('detector', 'python'), strict=True):
         (tmp_path / f'{name}.py').write_text(code, 'utf-8')

@@ -24,6 +24,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_example_prints_what_the_page_says(folder: Path) -> None:
     run = [sys.executable, 'try_it.py']
     found = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=False)

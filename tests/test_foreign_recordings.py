@@ -450,6 +450,7 @@ def test_the_waveform_may_have_another_name(tmp_path: Path, right: dict[str, Any
         assert words in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'arguments',
     [['--topic', '/nothing'], ['--start', '100'], ['--start', '-1'], ['--topic', '/clock']],

@@ -62,6 +62,7 @@ def test_the_page_lists_what_there_is() -> None:
     assert all(getattr(rig, name).__doc__ for name in rig.__all__)
 
 
+@pytest.mark.slow
 def test_the_code_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mpl.use('Agg')
     monkeypatch.chdir(tmp_path)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from live_flight import CLI
 
+from rig_support import shared_folder
 from rotor_common.constants import NANOSECONDS
 from rotor_interfaces import topics
 from rotor_interfaces.messages import OFFLINE, sample_stamp_ns, to_cdr
@@ -66,8 +67,13 @@ def peak_mb(*words: object) -> float:
 
 @pytest.fixture(scope='module')
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    folder = tmp_path_factory.mktemp('long')
-    return [write(folder / f'{times}.mcap', times * UNIT_S) for times in (2, 6)]
+    with shared_folder(tmp_path_factory, 'long') as (folder, is_new):
+        files = {folder / f'{times}.mcap': times * UNIT_S for times in (2, 6)}
+        if is_new:
+            folder.mkdir()
+            for file, seconds in files.items():
+                write(file, seconds)
+    return [*files]
 
 
 @pytest.mark.slow

@@ -58,7 +58,8 @@ def test_first_start_sets_everything_up_and_the_second_nothing(workplace: Workpl
 def test_test_script_runs_what_may_share_the_machine_and_then_the_rest(
     workplace: Workplace,
 ) -> None:
-    shared = '-n logical --dist worksteal --durations 10'
+    workplace.add_command('nproc', '#!/bin/sh\necho 2\n')
+    shared = '-n 3 --dist worksteal --durations 10'
     for arguments, expected in {
         (): [f'-m not real_time {shared}', '-m real_time --durations 10'],
         ('--quick',): [f'-m not slow and not real_time {shared}'],
@@ -239,6 +240,7 @@ def test_an_interrupted_set_up_is_repaired(workplace: Workplace, number: signal.
     assert workplace.done_so_far() == EVERYTHING
 
 
+@pytest.mark.slow
 def test_two_starts_at_once_set_up_once(workplace: Workplace) -> None:
     first = workplace.start(STAND_IN_SLEEP='1')
     wait_until_busy(workplace)

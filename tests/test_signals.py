@@ -192,8 +192,14 @@ def test_a_signal_ends_a_node_that_still_compiles(
     assert elapsed_s < 10.0  # the whole takes 20 to 50 s
 
 
-@pytest.mark.parametrize('victim', NODES)
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    ('number', 'victim'),
+    [
+        *((number, victim) for number in (signal.SIGTERM, signal.SIGKILL) for victim in NODES),
+        # to a node the same as SIGTERM, see ros.SIGNALS
+        *((signal.SIGINT, victim) for victim in ('rotor_sim', 'recorder')),
+    ],
+)
 def test_a_dead_process_ends_the_run_with_its_name(
     started: Start, victim: str, number: signal.Signals, tmp_path: Path
 ) -> None:

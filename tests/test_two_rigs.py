@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from live_flight import CLI, hidden_topic
 
-from rig_support import Rig, recorded
+from rig_support import Rig, recorded, shared_folder
 from rotor_interfaces import messages, topics
 from rotor_interfaces.messages import ROS
 from rotor_interfaces.topics import Topic
@@ -86,13 +86,14 @@ def start(domain: dict[str, str], tmp_path: Path) -> Iterator[Start]:
 @pytest.fixture(scope='module')
 def alone(rig: Rig, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The waveform that each flight has when nothing else is there."""
-    found = {}
-    for name, length_s in LENGTH_S.items():
-        file = tmp_path_factory.mktemp('alone') / f'{name}.mcap'
-        done = rig('simulate', name, '--duration', length_s, '--out', file)
-        assert done.code == 0, done.err
-        found[name] = waveform(Recording(file))
-    return found
+    with shared_folder(tmp_path_factory, 'alone') as (folder, is_new):
+        if is_new:
+            folder.mkdir()
+            for name, length_s in LENGTH_S.items():
+                file = folder / f'{name}.mcap'
+                done = rig('simulate', name, '--duration', length_s, '--out', file)
+                assert done.code == 0, done.err
+    return {name: waveform(Recording(folder / f'{name}.mcap')) for name in LENGTH_S}
 
 
 def waveform(recording: Recording) -> bytes:
@@ -122,7 +123,7 @@ def assert_undisturbed(flight: Flight, alone: dict[str, bytes]) -> None:
     assert recording.end_ns <= load_ends_ns
 
 
-@pytest.mark.parametrize('offset_s', [0.0, 1.0, 5.0, 9.0, 12.0])
+@pytest.mark.parametrize('offset_s', [0.0, 1.0, 5.0, 9.0])
 def test_the_second_rig_is_refused_or_flies_after_the_first(
     start: Start, alone: dict[str, bytes], offset_s: float
 ) -> None:
@@ -189,6 +190,14 @@ class Stranger:
 
     def hidden(self, topic: Topic) -> Topic | None:
         return hidden_topic(self._node, topic)
+
+    def found_hidden(self, topic: Topic) -> Topic:
+        """Wait until this node too has discovered what another process has heard already."""
+        deadline = time.monotonic() + 60.0
+        while (found := self.hidden(topic)) is None:
+            assert time.monotonic() < deadline, f'no hidden {topic.name} was discovered'
+            time.sleep(0.02)
+        return found
 
 
 @pytest.fixture
@@ -310,8 +319,7 @@ def test_blocks_on_the_hidden_topic_are_not_of_the_flight(
     flight = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
     assert heard.wait(300.0) == 0
-    topic = stranger.hidden(topics.WAVEFORM)
-    assert topic is not None
+    topic = stranger.found_hidden(topics.WAVEFORM)
     count = 0
     while flight.process.poll() is None and count < 400:
         rows = np.zeros(256, WAVEFORM_DTYPE)
@@ -332,14 +340,13 @@ def test_loads_on_the_hidden_topic_end_the_flight_and_are_not_flown(
     flight = start('climb_dive')
     heard = subprocess.Popen([sys.executable, '-c', LISTEN], env=domain)
     assert heard.wait(300.0) == 0
-    topic = stranger.hidden(topics.MANEUVER_LOAD)
-    assert topic is not None
+    topic = stranger.found_hidden(topics.MANEUVER_LOAD)
     began = time.monotonic()
     while flight.process.poll() is None and time.monotonic() - began < 300.0:
         for ahead in range(400):
             stamp_ns = time.time_ns() + ahead * 10**7
             stranger.say(topic, messages.load(ROS, stamp_ns, 12.0, 0.0))
-        time.sleep(0.2)
+        time.sleep(1.0)  # each burst is for the next 4 s
     assert flight.code == 3
     assert 'another source publishes maneuver/load' in flight.err
     flown = waveform(flight.recording)

@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 import yaml
+from typer.testing import CliRunner
 
-from rig_support import Rig, recorded
+from rig_support import OfflineFlights, Rig, recorded
+from rotor_bringup.cli import app
 from rotor_interfaces import topics
 from rotor_interfaces.messages import level_of
 from rotor_recording.reading import Recording
@@ -29,6 +31,13 @@ def flown(rig: Rig, folder: Path, scenario: str, **changes: Any) -> Path:
     return folder / 'flight.mcap'
 
 
+def said(*words: object) -> Any:
+    """Return what a command says that ends well, run in this process."""
+    done = CliRunner().invoke(app, [str(word) for word in words], env={'COLUMNS': '200'})
+    assert done.exit_code == 0, done.stderr
+    return done
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('scenario', 'crack'), [('level_healthy', 0.3), ('level_healthy', 0.0), ('run_up', 0.1)]
@@ -38,37 +47,38 @@ def test_without_a_test_signal_no_shaft_is_called_sound(
 ) -> None:
     recording = flown(rig, tmp_path, scenario, rotor={'crack_stiffness_ratio': crack})
     reason = 'cannot judge: crack_ratio_low: the load has not changed by 0.079 g in the last minute'
-    analyzed = rig('analyze', recording, '--json')
-    assert analyzed.code == 0
-    assert analyzed.json['worst_alarm'] == 'STALE'
-    assert analyzed.json['alarm_reasons'] == reason
-    assert analyzed.json['judged_windows'] == 0
-    assert analyzed.json['windows'] > 60
-    assert analyzed.json['first_alarm_s'] is None
-    printed = rig('analyze', recording)
-    assert f'monitor: {reason}' in printed.out
-    assert 'OK' not in printed.out
+    analyzed = json.loads(said('analyze', recording, '--json').stdout)
+    assert analyzed['worst_alarm'] == 'STALE'
+    assert analyzed['alarm_reasons'] == reason
+    assert analyzed['judged_windows'] == 0
+    assert analyzed['windows'] > 60
+    assert analyzed['first_alarm_s'] is None
+    printed = said('analyze', recording).stdout
+    assert f'monitor: {reason}' in printed
+    assert 'OK' not in printed
     statuses = [message.status[0] for _, message in recorded(Recording(recording), topics.ALARM)]
     assert {level_of(status) for status in statuses} == {3}
     assert statuses[-1].message == reason
 
 
 @pytest.mark.slow
-def test_a_sound_shaft_is_ok_once_the_load_has_changed(rig: Rig, tmp_path: Path) -> None:
-    recording = flown(rig, tmp_path, 'climb_dive_healthy')
-    analyzed = rig('analyze', recording, '--json').json
+def test_a_sound_shaft_is_ok_once_the_load_has_changed(offline: OfflineFlights) -> None:
+    analyzed = json.loads(said('analyze', offline('climb_dive_healthy'), '--json').stdout)
     assert analyzed['worst_alarm'] == 'OK'
     assert analyzed['alarm_reasons'] == ''
     judged, windows = analyzed['judged_windows'], analyzed['windows']
     assert 0 < judged < windows
-    said = f'no alarm in {judged} windows, {windows - judged} others could not be judged'
-    assert analyzed['conclusion'] == said
+    assert analyzed['conclusion'] == (
+        f'no alarm in {judged} windows, {windows - judged} others could not be judged'
+    )
 
 
 @pytest.mark.slow
-def test_a_sentence_joins_the_time_and_the_value_of_one_window(rig: Rig, tmp_path: Path) -> None:
-    recording = flown(rig, tmp_path, 'growing_crack')
-    analyzed = rig('analyze', recording, '--json', '--out', tmp_path / 'windows.json').json
+def test_a_sentence_joins_the_time_and_the_value_of_one_window(
+    offline: OfflineFlights, tmp_path: Path
+) -> None:
+    recording, windows = offline('growing_crack'), tmp_path / 'windows.json'
+    analyzed = json.loads(said('analyze', recording, '--json', '--out', windows).stdout)
     rows = json.loads((tmp_path / 'windows.json').read_text())
     epoch_ns = load_scenario('growing_crack').epoch_ns
     assert (analyzed['first_alarm'], analyzed['worst_alarm']) == ('WARN', 'ERROR')
@@ -91,15 +101,15 @@ def test_a_sentence_joins_the_time_and_the_value_of_one_window(rig: Rig, tmp_pat
 @pytest.mark.slow
 def test_the_monitor_takes_the_rotor_from_the_scenario(rig: Rig, tmp_path: Path) -> None:
     rotor = {'crack_stiffness_ratio': 0.1, 'shaft_stiffness_n_m': SOFTER_SHAFT_N_M}
-    recording = flown(rig, tmp_path, 'climb_dive', rotor=rotor)
-    analyzed = rig('analyze', recording, '--json', '--out', tmp_path / 'windows.json').json
+    recording, windows = flown(rig, tmp_path, 'climb_dive', rotor=rotor), tmp_path / 'windows.json'
+    analyzed = json.loads(said('analyze', recording, '--json', '--out', windows).stdout)
     assert analyzed['worst_alarm'] == 'ERROR'
     last = json.loads((tmp_path / 'windows.json').read_text())[-1]
     # the crack of K = 0.1; with the stiffness of the default it was 0.0105
     assert last['crack_ratio'] == pytest.approx(0.1, abs=0.01)
 
 
-def test_a_monitor_that_contradicts_the_rotor_is_warned_of(rig: Rig, tmp_path: Path) -> None:
+def test_a_monitor_that_contradicts_the_rotor_is_warned_of(tmp_path: Path) -> None:
     file = tmp_path / 'a.yaml'
     file.write_text(
         'maneuver: {profile: climb_dive}\n'
@@ -110,9 +120,8 @@ def test_a_monitor_that_contradicts_the_rotor_is_warned_of(rig: Rig, tmp_path: P
         'warning: monitor.crack.rigid_critical_speed_rad_s = 1248 contradicts the rotor, which has '
         '966.736'
     )
-    done = rig('scenario', 'check', file)
-    assert done.code == 0
-    assert done.err.startswith(warning)
-    assert done.err.count('warning') == 1
-    done = rig('simulate', file, '--duration', 0.2, '--out', tmp_path / 'a.mcap')
-    assert done.err.startswith(warning)
+    done = said('scenario', 'check', file)
+    assert done.stderr.startswith(warning)
+    assert done.stderr.count('warning') == 1
+    done = said('simulate', file, '--duration', 0.2, '--out', tmp_path / 'a.mcap')
+    assert done.stderr.startswith(warning)

@@ -148,6 +148,7 @@ def test_setup_declares_exactly_what_is_imported(package: str) -> None:
     assert requirement_names(setup_arguments(package)['install_requires']) == wanted
 
 
+@pytest.mark.slow
 def test_test_extra_declares_what_tests_import() -> None:
     folders = [ROOT / 'tests', ROOT / 'docs', ROOT / 'benchmarks']
     folders += [SOURCES / package / 'test' for package in PACKAGES]
@@ -253,6 +254,7 @@ for name in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_pure_modules_import_without_ros() -> None:
     names = [
         name

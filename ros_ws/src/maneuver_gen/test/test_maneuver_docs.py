@@ -102,6 +102,7 @@ def test_the_numbers_of_the_default_flight() -> None:
     assert held.max() == pytest.approx(0.1, abs=0.005)
 
 
+@pytest.mark.slow
 def test_the_shipped_record_is_made_by_its_script(tmp_path: Path) -> None:
     path = tmp_path / 'record.csv'
     script = DOCS / 'make_synthetic_record.py'

@@ -37,7 +37,7 @@ def flight(folder: Path, name: str, end_s: int) -> dict[str, Any]:
         (0.011, 4),
         (1.0 / 3.0, 36),
         (1e-9, 3),
-        (86400.0, 8_640_002),
+        pytest.param(86400.0, 8_640_002, marks=pytest.mark.slow),
     ],
 )
 def test_grid_runs_through_the_end_and_one_point_more(duration_s: float, points: int) -> None:

@@ -115,7 +115,7 @@ def test_a_flight_that_cannot_be_flown_leaves_nothing_half_done(
 
 @pytest.mark.slow
 def test_ctrl_c_leaves_whole_files_and_a_second_run_goes_on(tmp_path: Path) -> None:
-    (tmp_path / 'tiny.yaml').write_text(TINY.replace('machines: 2', 'machines: 8'))
+    (tmp_path / 'tiny.yaml').write_text(TINY.replace('machines: 2', 'machines: 4'))
     folder = tmp_path / 'set'
     arguments = [*CLI, 'dataset', str(tmp_path / 'tiny.yaml'), '--jobs', '2', '--out']
     process = subprocess.Popen(
@@ -140,7 +140,7 @@ def test_ctrl_c_leaves_whole_files_and_a_second_run_goes_on(tmp_path: Path) -> N
     done = [json.loads(line) for line in (folder / 'finished.jsonl').read_text().splitlines()]
     there = {str(path.relative_to(folder)) for path in folder.glob('flights/*')}
     assert {row['file'] for row in done} <= there
-    assert len(done) < 27
+    assert len(done) < 15
     assert not (folder / 'manifest.parquet').exists()
 
     for place in (folder, tmp_path / 'fresh'):

@@ -238,6 +238,7 @@ def test_a_run_goes_on_after_the_journal_of_one_that_was_killed(
     assert tree(folder) == tree(made)
 
 
+@pytest.mark.slow
 def test_a_part_of_a_suite_grows_into_the_whole(suite: str, made: Path, tmp_path: Path) -> None:
     folder = tmp_path / 'set'
     first = make_dataset(suite, folder, jobs=1, split='test')

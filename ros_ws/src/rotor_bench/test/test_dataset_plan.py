@@ -171,6 +171,7 @@ def reached(scenario: Scenario) -> list[float]:
     return [scenario.speed.initial_rad_s, *(ramp.to_rad_s for ramp in scenario.speed.ramps)]
 
 
+@pytest.mark.slow
 def test_a_confounder_changes_its_own_quantity_and_no_other() -> None:
     quantity_of = {
         'eccentricity': 'eccentricity_m',
@@ -256,6 +257,7 @@ def test_batches_hold_machines_that_can_fly_together() -> None:
     assert {f.scenario.rotor_sim().substeps() for f in [*flights(SMOKE), *one_each]} == {2}
 
 
+@pytest.mark.slow
 def test_maneuvers_load_the_rotor_as_their_names_say() -> None:
     for flight in flights(STANDARD[::8]):
         least, greatest = flight.labels['load_factor_min'], flight.labels['load_factor_max']

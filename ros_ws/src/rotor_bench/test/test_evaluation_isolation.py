@@ -66,6 +66,7 @@ def flown(process: DetectorProcess, height: float) -> tuple[list[tuple[int, floa
     return list(stream.verdicts), stream.failure
 
 
+@pytest.mark.slow
 def test_every_flight_starts_from_the_fitted_detector(sandbox: Sandbox) -> None:
     process, failure = fitted(sandbox, 'Sound')
     assert (process.failure, failure, process.alarm_score) == ('', '', 2.0)

@@ -90,6 +90,7 @@ def test_a_disk_that_takes_nothing_is_one_sentence(tmp_path: Path) -> None:
         Parts(tmp_path / 'parts', 'key').store(spy_rig.plan()[0].flights[:1], Evaluated([], '', {}))
 
 
+@pytest.mark.slow
 def test_the_key_holds_everything_that_decides(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -104,6 +104,7 @@ def test_what_remains_is_what_the_detector_says_whatever_the_number_of_processes
             assert flight.outcomes[NAMES[2]].failure.startswith('in fit: ZeroDivisionError')
 
 
+@pytest.mark.slow
 def test_a_suite_in_reach_of_the_detectors_is_refused() -> None:
     with pytest.raises(ConfigError, match='move it elsewhere'):
         runner.evaluate(

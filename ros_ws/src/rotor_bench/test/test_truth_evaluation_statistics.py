@@ -69,6 +69,7 @@ def test_no_area_of_one_kind_alone(positive: bool) -> None:
         assert math.isnan(found.low)
 
 
+@pytest.mark.slow
 def test_the_interval_covers_the_truth_as_often_as_it_says() -> None:
     # machines with an offset of their own: 60 machines of 2 cracked and 2 healthy flights. The
     # offset is shared by both kinds of a machine and independent between machines, so the area

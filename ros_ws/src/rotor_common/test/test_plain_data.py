@@ -170,7 +170,11 @@ def test_what_reads_in_two_ways(
         ('[' * 65 + ']' * 65, 'line 1 has more than 64 lists'),
         ('<<: 3', 'line 1 merges'),
         ('a' * 1_000_001, '1000001 characters; at most 1000000'),
-        ('- 1\n' * 100_000, 'line 100000 is beyond the limit: at most 100000 values'),
+        pytest.param(
+            '- 1\n' * 100_000,
+            'line 100000 is beyond the limit: at most 100000 values',
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_refused_yaml(text: str, said: str) -> None:

@@ -152,6 +152,7 @@ def test_the_label_of_one_motion_rests_on_its_exponent() -> None:
         assert exponent == alone.exponent  # over the 500 revolutions after the 300 recorded
 
 
+@pytest.mark.slow
 def test_no_diagram_calls_a_motion_chaotic_whose_exponent_is_not_positive() -> None:
     point = OperatingPoint(FIGURE, **WHERE)
     sweep = Sweep('K', np.linspace(0.15, 0.25, 6))

@@ -166,6 +166,7 @@ def test_decaying_flow_has_its_rate_per_unit_of_time() -> None:
 # flows
 
 
+@pytest.mark.slow
 def test_lorenz_28_spectrum(lorenz_28: Growth) -> None:
     result = estimate(lorenz_28.logs, 0.5)
     literature = [0.9056, 0.0, -14.5723]

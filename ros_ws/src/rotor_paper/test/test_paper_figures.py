@@ -177,7 +177,12 @@ def test_every_figure_is_drawn_and_its_data_kept(
         assert rows == {len(kept[f'{key}/{DIAGRAMS[key].over}'])}
 
 
-@pytest.mark.parametrize('number', [5, 6, 7, 11, 13, 14, 15])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    'number', [5, *(pytest.param(n, marks=SLOW) for n in (6, 7, 11, 13, 14, 15))]
+)
 def test_a_figure_of_diverged_points_is_drawn(number: int, results: Results) -> None:
     nothing = changed(results, lambda survey: diverged(survey, slice(None)))
     canvas = panels.draw(FIGURES[number], nothing, 'natural')
@@ -224,6 +229,7 @@ def test_a_caption_times_no_results_of_the_cache() -> None:
     assert 'computed' not in cached
 
 
+@pytest.mark.slow
 def test_results_found_in_the_cache_are_not_timed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -179,6 +179,7 @@ def test_the_layout_of_mfpt_is_known(tmp_path: Path) -> None:
     assert (stated.unit, stated.rate_hz, stated.speed_hz) == ('g', 48828.0, 25.0)
 
 
+@pytest.mark.slow
 def test_damaged_mat_files_end_in_one_sentence(mat_path: Path, tmp_path: Path) -> None:
     whole = mat_path.read_bytes()
     bad = {

@@ -59,6 +59,7 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 SENT = Counter(f'/{wire.topic.name.lstrip("/")}' for wire in made_up_run(200))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('what', ['file', 'folder'])
 def test_a_killed_recording_opens_in_foreign_readers(
     killed: Path, tmp_path: Path, what: str

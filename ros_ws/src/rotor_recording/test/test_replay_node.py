@@ -130,6 +130,7 @@ def test_every_byte_comes_in_order_and_in_time(
     assert listener.clock_ns[-1] == stamp_of(count - 1)
 
 
+@pytest.mark.real_time
 def test_a_replay_from_the_middle_first_tells_what_is_latched(
     tmp_path: Path, ros_environment: dict[str, str], listener: Listener
 ) -> None:
@@ -166,6 +167,7 @@ def test_a_late_subscriber_still_gets_the_configuration(
     assert len(heard) == 1
 
 
+@pytest.mark.real_time
 def test_a_loop_is_a_new_run_until_a_signal(
     tmp_path: Path, ros_environment: dict[str, str], listener: Listener
 ) -> None:

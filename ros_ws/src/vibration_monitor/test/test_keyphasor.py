@@ -92,6 +92,7 @@ def test_height_offset_width_and_period_of_the_pulses_do_not_matter(
     np.testing.assert_allclose(angles[known], expected[known], rtol=0, atol=tolerance)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.integers(1, 4000), max_size=20))
 def test_pieces_change_no_bit(sizes: list[int]) -> None:

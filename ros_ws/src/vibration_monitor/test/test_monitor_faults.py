@@ -54,6 +54,7 @@ def check_against_reference(records: list[IndicatorRecord], invalid: set[int]) -
     assert stamps == sorted(stamps)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.integers(1, 25_000), st.integers(1, 6000), st.integers(100, 3000))
 def test_a_gap_makes_exactly_the_windows_across_it_invalid(
@@ -120,6 +121,7 @@ def test_a_new_run_may_have_other_channels_and_another_rate() -> None:
     assert records[0].value('speed_rad_s') == pytest.approx(400.0, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.integers(1, 25_000), st.integers(1, 3000), st.integers(100, 3000))
 def test_missing_angles_make_exactly_the_windows_across_them_invalid(

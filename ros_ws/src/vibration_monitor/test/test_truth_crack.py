@@ -336,6 +336,7 @@ def test_the_load_that_is_asked_for_is_that_of_the_rotor() -> None:
     assert said[-1] == 'the load has not changed by 0.02 g in the last minute'
 
 
+@pytest.mark.slow
 def test_growth_is_followed_with_the_memory() -> None:
     following = estimator(CONFIG)
     for step in range(10):

@@ -107,6 +107,7 @@ def resonance(speed: NDArray[np.float64], at: float, damping: float) -> NDArray[
     return np.asarray(1 / np.hypot(1 - ratio**2, 2 * damping * ratio))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('downward', [False, True])
 def test_passages_of_a_run_up_and_a_run_down(downward: bool) -> None:
     critical = 600.0
