@@ -204,6 +204,7 @@ def test_a_motion_has_a_label_with_evidence(command: Command, tmp_path: Path) ->
     assert all(word in picture for word in ('orbit', 'phase portrait', 'section', 'spectrum'))
 
 
+@pytest.mark.slow
 def test_sections_over_a_parameter(command: Command) -> None:
     code, said = command(
         'poincare', *OVER_K, '--transient', '100', '--revolutions', '100', '--out', 'p.svg'

@@ -350,7 +350,12 @@ def test_node_parameter(
     assert_one_sentence(code, ''.join(capfd.readouterr()), wanted)
 
 
-@pytest.mark.parametrize('number', ['abc', '500', '-1'])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    'number', ['abc', *(pytest.param(number, marks=SLOW) for number in ('500', '-1'))]
+)
 def test_ros_domain(rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: str) -> None:
     monkeypatch.setattr('live_flight.private_domain', lambda: number)
     done = rig('run', '--record', tmp_path / 'recordings')

@@ -123,6 +123,7 @@ def test_manifest_is_complete(package: str) -> None:
     assert list((folder / 'test').glob('test_*.py')), 'a package without tests'
 
 
+@pytest.mark.slow
 def test_package_files_are_those_of_the_template() -> None:
     done = subprocess.run(
         [sys.executable, ROOT / 'scripts' / 'package_files.py', '--check'],

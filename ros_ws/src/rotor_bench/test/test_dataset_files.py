@@ -201,6 +201,7 @@ def test_the_monitor_reads_a_flight(made: Path) -> None:
     assert monitor.status()['lost samples [1]'] == 0
 
 
+@pytest.mark.slow
 def test_a_second_run_mends_what_is_missing_or_damaged(
     suite: str, made: Path, tmp_path: Path
 ) -> None:
@@ -225,6 +226,7 @@ def test_a_second_run_mends_what_is_missing_or_damaged(
     assert tree(folder) == tree(made)
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_after_the_journal_of_one_that_was_killed(
     suite: str, made: Path, tmp_path: Path
 ) -> None:

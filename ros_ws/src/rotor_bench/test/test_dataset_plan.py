@@ -112,6 +112,7 @@ def test_every_depth_meets_every_maneuver_equally_often() -> None:
     assert len(cells) == 6 * 8
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.integers(0, 60), st.lists(st.integers(1, 5), min_size=1, max_size=4), st.integers(0, 9))
 def test_every_stretch_of_a_balanced_grid_is_balanced(

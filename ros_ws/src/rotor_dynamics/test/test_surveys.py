@@ -149,6 +149,7 @@ def test_sweep_refuses(
 # --- surveys --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('small_chunks')
 def test_executors_and_orders_give_the_same_bits() -> None:
     points = over_crack(6) + over_crack(6, 'natural')
@@ -232,6 +233,7 @@ def test_what_is_not_asked_for_is_absent() -> None:
 # --- cache and interrupts -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('small_chunks')
 def test_second_run_computes_nothing_and_another_plan_does(tmp_path: Path) -> None:
     cache, points = ResultCache(tmp_path), over_crack(12)
@@ -432,6 +434,7 @@ def test_ball_pass_amplitude_follows_each_bearing() -> None:
     assert found.order_amplitude_z[0, 5] == found.order_amplitude_z[2, 5]
 
 
+@pytest.mark.slow
 def test_converged_is_said_of_the_regular_and_not_of_the_chaotic() -> None:
     """figure, K = 0.25, beyond the threshold to chaos; derived forgets its start and its step."""
     points = [*over_crack(2), *over_crack(2, 'figure')]

@@ -242,6 +242,7 @@ def test_logistic_map_at_4_is_ln_2() -> None:
     np.testing.assert_allclose(result.exponent[:, 0], np.log(2.0), rtol=0, atol=0.0085)
 
 
+@pytest.mark.slow
 def test_two_trajectories_agree_with_the_tangent_map() -> None:
     """Same states and directions: the neighbour differs by curvature and rounding only."""
     n, steps = 4, 2000

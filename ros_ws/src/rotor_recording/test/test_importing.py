@@ -192,6 +192,7 @@ def test_wrong_options_end_in_one_sentence(plan: ImportPlan, name: str) -> None:
     assert '\n' not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_series_of_different_length_are_refused(tmp_path: Path) -> None:
     from scipy.io import savemat
 

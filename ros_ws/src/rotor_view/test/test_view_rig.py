@@ -161,6 +161,7 @@ def test_a_gap_breaks_the_curves_and_is_told(files: Files) -> None:
     assert lines(files.read()) == ['samples are missing here (so far 512)']
 
 
+@pytest.mark.slow
 def test_a_sample_index_that_jumps_back_is_another_recording(files: Files) -> None:
     once = list(view_flight.flight(1.0))
     show(files, [*once, *once])

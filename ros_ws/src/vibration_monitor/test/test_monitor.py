@@ -73,6 +73,7 @@ def test_block_size_changes_no_bit(size: int) -> None:
     assert same(run(VibrationMonitor(SETTINGS), blocks(ROWS, size)), REFERENCE)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.integers(1, 3000), max_size=30))
 def test_no_split_changes_a_bit(sizes: list[int]) -> None:

@@ -208,6 +208,7 @@ def test_reference_flights_near_half_the_critical_speed_give_the_damping(softer:
     assert damped_baseline(softer).damping_ratios == pytest.approx((0.013, 0.013), abs=7e-4)
 
 
+@pytest.mark.slow
 def test_another_damping_is_no_crack() -> None:
     taught = damped_baseline()
     untaught = taught.model_copy(update={'damping_ratios': (0.01, 0.01)})
