@@ -66,8 +66,11 @@ class Element(ConfigModel):
         description='name of the element, unique in the plant; unset: its kind and a number',
     )
 
-    def matrices(self) -> Matrices:
-        """Return the linear part; the default is none."""
+    def matrices(self, positions_m: Mapping[str, float]) -> Matrices:  # noqa: ARG002
+        """Return the linear part; the default is none. `positions_m` are those of the nodes.
+
+        Raises PlantError for positions that the element cannot have.
+        """
         return Matrices()
 
     def coefficients(self) -> Mapping[str, float | tuple[float, ...]]:

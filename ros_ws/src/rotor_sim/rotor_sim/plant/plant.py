@@ -224,8 +224,9 @@ def _linear_part(
             total['damping_per_speed'][a, b] += node.polar_inertia_kg_m2
             total['damping_per_speed'][b, a] -= node.polar_inertia_kg_m2
             patterns['damping_per_speed'][[a, b], [b, a]] = True
+    positions = {name: node.position_m for name, node in plant.nodes.items()}
     for each in placed:
-        matrices = each.element.matrices()
+        matrices = each.element.matrices(positions)
         ours = [k for k, place in enumerate(each.places) if place is not None]
         theirs = [place for place in each.places if place is not None]
         given = {name: getattr(matrices, name) for name in names}

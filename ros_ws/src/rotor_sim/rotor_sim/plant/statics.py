@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 _ITERATIONS = 400
 _CONVERGED = 1e-12
+_ROUNDING = 1e-9
+"""Of the load: below it the search ends once it gains nothing, as rounding lets stiff parts."""
 _LONGEST_STEP_M = 1e-4
 """Of the search where nothing holds the rotor, as in the clearance of a bearing."""
 _ACCEPTED = 1e-6
@@ -32,7 +34,8 @@ def static_equilibrium(
     The shaft stands still at `angle_rad`, so the unbalance does not act. `load_m_s2` is (y, z) in
     frame `rotor`. Found by pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal.
     35 (1998) 508): implicit steps of x' = acceleration(x), longer as the balance comes near. Where
-    the balance lies on a jump of the force, the nearest place found is returned.
+    the balance lies on a jump of the force, the nearest place found is returned. What is out of
+    balance is measured as the root of a'M a: of a linear plant each step makes it smaller.
 
     Raises:
         IntegrationError: nothing holds the rotor, or the search did not converge.
@@ -41,14 +44,17 @@ def static_equilibrium(
     n = plant.size
     at = Instant(angle_rad, load_m_s2=load_m_s2, live=live)
     state = np.zeros(2 * n)
+    mass = plant.assembly.linear.mass / np.max(plant.assembly.linear.mass)
     missing = plant.acceleration(state, at)
-    size = float(np.max(np.abs(missing)))
+    size = _length(missing, mass)
     if size == 0.0:
         return state
     best, smallest = state, np.inf
     damping = float(np.max(np.abs(plant.jacobian(state, at)[:, :n]))) or 1.0
     for _ in range(_ITERATIONS):
-        norm = float(np.max(np.abs(missing)))
+        norm = _length(missing, mass)
+        if _ROUNDING * size >= smallest <= norm:
+            break
         if norm < smallest:
             best, smallest = state.copy(), norm
         if norm <= _CONVERGED * size:
@@ -59,7 +65,7 @@ def static_equilibrium(
         following = plant.acceleration(state, at)
         if not np.isfinite(following).all():
             break
-        change = float(np.max(np.abs(following))) / norm
+        change = _length(following, mass) / norm
         damping *= min(change, 2.0) if change > 1.0 else max(0.7 * change, 0.1)
         damping = max(damping, change * norm / _LONGEST_STEP_M)
         missing = following
@@ -70,3 +76,7 @@ def static_equilibrium(
             'holds the rotor, or too loosely; give its nodes springs or bearings'
         )
     return best
+
+
+def _length(acceleration: Array, mass: Array) -> float:
+    return float(np.sqrt(acceleration @ mass @ acceleration))
