@@ -28,7 +28,11 @@ pytestmark = pytest.mark.filterwarnings('ignore')
 ACROSS = np.array([0, 1, 3, 4, 6, 7, 9, 10])
 """Degrees of freedom of ROSS that bend; the others are along the shaft and about it."""
 
-STEEL: dict[str, Any] = {'density_kg_m3': 7810.0, 'elastic_modulus_pa': 2.11e11, 'poisson_ratio': 0.29}
+STEEL: dict[str, Any] = {
+    'density_kg_m3': 7810.0,
+    'elastic_modulus_pa': 2.11e11,
+    'poisson_ratio': 0.29,
+}
 LENGTHS = (0.11, 0.05, 0.08, 0.06, 0.13)
 DIAMETERS = (0.03, 0.05, 0.06, 0.05, 0.03)
 DISKS = {2: (12.0, 0.06, 0.11), 3: (20.0, 0.15, 0.28)}
