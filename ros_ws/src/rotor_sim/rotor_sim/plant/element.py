@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from rotor_common.configuration import ConfigModel
 
 Array = NDArray[np.float64]
-Axis = Literal['y', 'z', 'theta_y', 'theta_z']
+Axis = Literal['y', 'z', 'theta_y', 'theta_z', 'amplitude']
+"""Of a degree of freedom: displacement, tilt, or that of a mode of a reduced plant."""
 
 TRANSLATIONS: tuple[Axis, ...] = ('y', 'z')
 ALL_AXES: tuple[Axis, ...] = ('y', 'z', 'theta_y', 'theta_z')
+
+AMPLITUDE: Axis = 'amplitude'
 
 GROUND = 'ground'
 """The node that never moves, relative to the airframe."""

@@ -3,16 +3,17 @@
 """A rotor as nodes and elements, and the numbers that its equation of motion is made of."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rotor_common.configuration import ConfigModel, quantity
 from rotor_sim.errors import PlantError
-from rotor_sim.plant.element import ALL_AXES, GROUND, TRANSLATIONS, Axis, Element
+from rotor_sim.plant.element import ALL_AXES, AMPLITUDE, GROUND, TRANSLATIONS, Axis, Element
+from rotor_sim.plant.reduction import Reduced, Reduction, reduce
 from rotor_sim.plant.registry import AnyElement
 
 Array = NDArray[np.float64]
@@ -56,6 +57,9 @@ class Plant(ConfigModel):
     load_scale: float = quantity(
         1.0, unit='1', gt=0.0, le=10.0, description="factor on the aircraft's load"
     )
+    reduction: Reduction | None = pydantic.Field(
+        default=None, description='integrate with fewer coordinates; unset: with all'
+    )
 
     @pydantic.model_validator(mode='after')
     def _check(self) -> Self:
@@ -79,10 +83,23 @@ class Plant(ConfigModel):
                     )
             if len(set(ends)) != len(ends):
                 raise PlantError(f'elements[{place}] ({name}) has the node {ends[0]!r} at two ends')
-        for pair in self.twins:
-            for node in pair:
+        return self
+
+    @pydantic.model_validator(mode='after')
+    def _check_twins_and_reduction(self) -> Self:
+        kept = () if self.reduction is None else self.reduction.keep
+        named = {'twins': [node for pair in self.twins for node in pair], 'reduction.keep': kept}
+        for key, nodes in named.items():
+            for node in nodes:
                 if node not in self.nodes:
-                    raise PlantError(f'twins: {node!r} is no node of the plant')
+                    raise PlantError(
+                        f'{key}: {node!r} is no node of the plant; it has {", ".join(self.nodes)}'
+                    )
+        if self.twins and self.reduction is not None:
+            raise PlantError(
+                'reduction: the modes of a reduced plant tell twins apart; take out twins or '
+                'reduction'
+            )
         return self
 
     def named_elements(self) -> list[tuple[str, Element]]:
@@ -144,6 +161,16 @@ class LinearPart:
     load: Array
     patterns: Mapping[str, NDArray[np.bool_]]
 
+    def transformed(self, to_all: Array) -> 'LinearPart':
+        """Return the linear part for coordinates that `to_all` (n, m) gives these from."""
+        there = (to_all != 0.0).astype(float)
+        patterns = {
+            name: there.T @ pattern.astype(float) @ there > 0.0
+            for name, pattern in self.patterns.items()
+        }
+        matrices = {name: to_all.T @ getattr(self, name) @ to_all for name in patterns}
+        return LinearPart(**matrices, load=to_all.T @ self.load, patterns=patterns)
+
 
 @dataclass(frozen=True)
 class Assembly:
@@ -154,6 +181,8 @@ class Assembly:
     """For each coordinate the one whose twin it is, or itself."""
     elements: tuple[PlacedElement, ...]
     linear: LinearPart
+    reduced: Reduced | None = None
+    """Of a reduced plant, whose coordinates are kept ones and ('mode_1', 'amplitude'), ..."""
 
     @property
     def size(self) -> int:
@@ -163,6 +192,11 @@ class Assembly:
     def place(self, node: str, axis: Axis) -> int:
         """Return the index of a degree of freedom in the state."""
         return self.coordinates.index((node, axis))
+
+    def all_displacements(self, displacements: ArrayLike) -> Array:
+        """Return (..., all) of `Plant.coordinates` for displacements (..., n) of this layout."""
+        found = np.asarray(displacements, np.float64)
+        return found if self.reduced is None else found @ self.reduced.transformation.T
 
 
 def assemble(plant: Plant) -> Assembly:
@@ -180,10 +214,40 @@ def assemble(plant: Plant) -> Assembly:
             for key, axes in element.touches
             for axis in axes
         )
-        placed.append(PlacedElement(name, element, places, _twin(placed, element, places, canonical)))
+        like = _twin(placed, element, places, canonical)
+        placed.append(PlacedElement(name, element, places, like))
     linear = _linear_part(plant, coordinates, placed)
     _check_masses(linear.mass, coordinates)
-    return Assembly(coordinates, canonical, tuple(placed), linear)
+    whole = Assembly(coordinates, canonical, tuple(placed), linear)
+    return whole if plant.reduction is None else _reduced(plant, whole, plant.reduction)
+
+
+def _reduced(plant: Plant, whole: Assembly, reduction: Reduction) -> Assembly:
+    """Return the layout of a reduced plant; its elements are those with a force.
+
+    Disks keep their tilts: modes of a shaft at rest tell little of gyroscopic moments.
+    """
+    acting = [each for each in whole.elements if each.element.force is not None]
+    touched = {place for each in acting for place in each.places if place is not None}
+    nodes = {*reduction.keep, *(name for name, node in plant.nodes.items() if node.tilts)}
+    kept = sorted(touched | {k for k, (node, _) in enumerate(whole.coordinates) if node in nodes})
+    translations = np.array([axis in TRANSLATIONS for _, axis in whole.coordinates])
+    linear = whole.linear
+    reduced = reduce(linear.mass, linear.stiffness, kept, translations, reduction.highest_hz)
+    index: dict[int | None, int | None] = {None: None, **{k: j for j, k in enumerate(kept)}}
+    elements = (
+        replace(each, places=tuple(index[place] for place in each.places), like=k)
+        for k, each in enumerate(acting)
+    )
+    modes = tuple((f'mode_{k + 1}', AMPLITUDE) for k in range(len(reduced.kept_hz)))
+    coordinates = (*(whole.coordinates[k] for k in kept), *modes)
+    return Assembly(
+        coordinates,
+        tuple(range(len(coordinates))),
+        tuple(elements),
+        linear.transformed(reduced.transformation),
+        reduced,
+    )
 
 
 def _twin(
@@ -261,4 +325,3 @@ def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:
             )
     if not np.linalg.eigvalsh(mass)[0] > 0.0:
         raise PlantError('the mass matrix is not positive definite; check the masses of the nodes')
-
