@@ -45,6 +45,7 @@ class Node(ConfigModel):
 class Plant(ConfigModel):
     """A rotor: nodes by name, and the elements between them."""
 
+    description: str = pydantic.Field(default='', description='what it is, in one sentence')
     nodes: dict[str, Node] = pydantic.Field(min_length=1, description='places on the machine')
     elements: tuple[AnyElement, ...] = pydantic.Field(
         default=(), strict=False, description='what acts on the nodes'
