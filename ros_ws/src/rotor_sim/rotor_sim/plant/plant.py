@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import pydantic
@@ -194,9 +194,9 @@ class Assembly:
         """Return the index of a degree of freedom in the state."""
         return self.coordinates.index((node, axis))
 
-    def all_displacements(self, displacements: ArrayLike) -> Array:
+    def all_displacements(self, displacements: ArrayLike) -> NDArray[Any]:
         """Return (..., all) of `Plant.coordinates` for displacements (..., n) of this layout."""
-        found = np.asarray(displacements, np.float64)
+        found = np.asarray(displacements)
         return found if self.reduced is None else found @ self.reduced.transformation.T
 
 
