@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotor_common.console import folding_table, print_json
-from rotor_common.errors import ConfigError
 from rotor_common.options import JsonOption
 
 if TYPE_CHECKING:
@@ -74,9 +73,6 @@ def show_plant(
     from rotor_sim.plant.shipped import load_plant
     from rotor_sim.plant.statics import static_equilibrium
 
-    for option, value in (('--speed', speed), ('--highest-speed', highest_speed)):
-        if math.isnan(value):  # which passes for within the range
-            raise ConfigError(f'{option} = nan is no number; give a speed in rad/s')
     if picture is not None:
         check_file(picture, ('.png', '.svg'), option='--picture')
     compiled = CompiledPlant(load_plant(plant))
