@@ -295,25 +295,37 @@ def _linear_part(
         ours = [k for k, place in enumerate(each.places) if place is not None]
         theirs = [place for place in each.places if place is not None]
         given = {name: getattr(matrices, name) for name in names}
-        touched = np.zeros((len(each.places),) * 2, bool)
-        for matrix in given.values():
-            touched |= False if matrix is None else matrix != 0.0
         for name, matrix in given.items():
             if matrix is None:
                 continue
-            if matrix.shape != touched.shape:
+            if matrix.shape != (len(each.places),) * 2:
                 raise PlantError(
                     f'{each.name}: its {name} matrix is {matrix.shape}, but it touches '
                     f'{len(each.places)} degrees of freedom'
                 )
             total[name][np.ix_(theirs, theirs)] += matrix[np.ix_(ours, ours)]
-            # by structure: a factor that happens to be 0 does not change the compiled code
-            patterns[name][np.ix_(theirs, theirs)] |= touched[np.ix_(ours, ours)]
+            pattern = _pattern(name, given)[np.ix_(ours, ours)]
+            patterns[name][np.ix_(theirs, theirs)] |= pattern
     load = np.zeros((n, 2))
     for k, axis in enumerate(TRANSLATIONS):
         unit = np.array([float(own == axis) for _, own in coordinates])
         load[:, k] = plant.load_scale * (total['mass'] @ unit)
     return LinearPart(**total, load=load, patterns=patterns)
+
+
+def _pattern(name: str, given: Mapping[str, Array | None]) -> NDArray[np.bool_]:
+    """Return where a matrix of an element may differ from 0.
+
+    That is by structure: where another one does, so that a factor that happens to be 0 does not
+    change the compiled code. Those per speed count apart: gyroscopic moments couple planes that
+    stiffness does not.
+    """
+    alike = [
+        matrix != 0.0
+        for other, matrix in given.items()
+        if matrix is not None and other.endswith('speed') == name.endswith('speed')
+    ]
+    return np.asarray(np.logical_or.reduce(alike))
 
 
 def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:
