@@ -30,6 +30,7 @@ setup(
     ],
     install_requires=[
         'maneuver_gen==0.1.0',
+        'matplotlib>=3.9',
         'numpy>=2.1',
         'pydantic>=2.9',
         'rich>=13.9',
@@ -44,6 +45,7 @@ setup(
     ],
     entry_points={
         'rotor_rig.commands': [
+            'plant = rotor_rig.plant_commands:app',
             'scenario = rotor_rig.scenario_commands:app',
         ],
     },

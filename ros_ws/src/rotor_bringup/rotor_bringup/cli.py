@@ -26,8 +26,8 @@ from rotor_common.exit_code import ExitCode
 GROUP = 'rotor_rig.commands'
 ORDER = (
     'run', 'simulate', 'replay', 'analyze', 'view', 'import', 'recover', 'verify', 'scenario',
-    'orbit-diagram', 'waterfall', 'lyapunov', 'poincare', 'map', 'paper', 'dataset', 'evaluate',
-    'baseline',
+    'plant', 'orbit-diagram', 'waterfall', 'lyapunov', 'poincare', 'map', 'paper', 'dataset',
+    'evaluate', 'baseline',
 )  # fmt: skip
 """Order of the help page; verbs that others add follow."""
 

@@ -6,7 +6,7 @@ import difflib
 import functools
 import json
 from collections.abc import Mapping
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import Annotated, Any, Self, TypeVar, get_args, get_origin
 
 import pydantic
 
@@ -194,6 +194,8 @@ def _locate(
         if tagged:
             owners, owner = tagged, tagged[0]
             continue
+        if step != loc[-1] and field is not None and get_origin(field.annotation) is dict:
+            path += f'.{step}'  # the key of an entry
         if step == loc[-1]:
             owner = owners[0] if owners else owner
             field = None

@@ -17,20 +17,22 @@ FILE_ENDINGS = frozenset({
 """Endings that a new folder may not have, since it would look like a file."""
 
 
-def check_file(path: Path, endings: Collection[str], otherwise: str = '') -> None:
-    """Raise ConfigError unless the --out of a command has a known ending and can be written.
+def check_file(
+    path: Path, endings: Collection[str], otherwise: str = '', *, option: str = '--out'
+) -> None:
+    """Raise ConfigError unless the file of an option has a known ending and can be written.
 
     `otherwise` is a hint at other kinds of files, added to the error about a wrong ending.
     """
     if path.suffix not in endings:
         hint = f'; {otherwise}' if otherwise else ''
-        raise ConfigError(f'--out {path} must end in {" or ".join(endings)}{hint}')
+        raise ConfigError(f'{option} {path} must end in {" or ".join(endings)}{hint}')
     if path.is_dir():
-        raise ConfigError(f'--out {path} is a folder; name a file in it')
+        raise ConfigError(f'{option} {path} is a folder; name a file in it')
     if not path.parent.is_dir():
-        raise ConfigError(f'--out {path}: there is no folder {path.parent}; make it first')
+        raise ConfigError(f'{option} {path}: there is no folder {path.parent}; make it first')
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ConfigError(f'--out {path} cannot be written to; choose another folder')
+        raise ConfigError(f'{option} {path} cannot be written to; choose another folder')
 
 
 def check_folder_name(folder: Path, option: str = '--out') -> None:

@@ -201,7 +201,7 @@ def built(
         touches: ClassVar[Any] = (('node', axes),)
         live: ClassVar[tuple[str, ...]] = live_fields
 
-        def matrices(self) -> Matrices:
+        def matrices(self, positions_m: Any) -> Matrices:
             return given or Matrices()
 
         def coefficients(self) -> Mapping[str, Any]:

@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from rotor_common.configuration import ConfigModel
 
 Array = NDArray[np.float64]
-Axis = Literal['y', 'z', 'theta_y', 'theta_z']
+Axis = Literal['y', 'z', 'theta_y', 'theta_z', 'amplitude']
+"""Of a degree of freedom: displacement, tilt, or that of a mode of a reduced plant."""
 
 TRANSLATIONS: tuple[Axis, ...] = ('y', 'z')
 ALL_AXES: tuple[Axis, ...] = ('y', 'z', 'theta_y', 'theta_z')
+
+AMPLITUDE: Axis = 'amplitude'
 
 GROUND = 'ground'
 """The node that never moves, relative to the airframe."""
@@ -67,8 +70,11 @@ class Element(ConfigModel):
         description='name of the element, unique in the plant; unset: its kind and a number',
     )
 
-    def matrices(self) -> Matrices:
-        """Return the linear part; the default is none."""
+    def matrices(self, positions_m: Mapping[str, float]) -> Matrices:  # noqa: ARG002
+        """Return the linear part; the default is none. `positions_m` are those of the nodes.
+
+        Raises PlantError for positions that the element cannot have.
+        """
         return Matrices()
 
     def coefficients(self) -> Mapping[str, float | tuple[float, ...]]:

@@ -29,14 +29,16 @@ def modes(plant: CompiledPlant, state: Array, at: Instant) -> Modes:
     """Return the vibrations of the plant linearised about a state (2n,); see `Modes`.
 
     The stiffness and damping are the derived tangent there: a Hertzian contact has that of its
-    load. Only pairs of complex eigenvalues count; a mode without restoring force has none.
+    load. Only pairs of complex eigenvalues count; a mode without restoring force has none, nor has
+    one damped to 0.995 of the critical damping or more.
     """
     n = plant.size
     system = np.zeros((2 * n, 2 * n))
     system[:n, n:] = np.eye(n)
     system[n:] = plant.jacobian(state, at)
     values, vectors = np.linalg.eig(system)
-    kept = np.flatnonzero(values.imag > 1e-9 * np.max(np.abs(values)))
+    sizes = np.abs(values)
+    kept = np.flatnonzero(values.imag > np.maximum(1e-9 * np.max(sizes), 0.1 * sizes))
     kept = kept[np.argsort(values[kept].imag)]
     shapes = vectors[:n, kept].T
     largest = np.take_along_axis(shapes, np.argmax(np.abs(shapes), axis=1)[:, np.newaxis], axis=1)

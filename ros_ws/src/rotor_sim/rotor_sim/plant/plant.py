@@ -4,16 +4,17 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rotor_common.configuration import ConfigModel, quantity
 from rotor_sim.errors import PlantError
-from rotor_sim.plant.element import ALL_AXES, GROUND, TRANSLATIONS, Axis, Element
+from rotor_sim.plant.element import ALL_AXES, AMPLITUDE, GROUND, TRANSLATIONS, Axis, Element
+from rotor_sim.plant.reduction import Reduced, Reduction, reduce
 from rotor_sim.plant.registry import AnyElement
 
 Array = NDArray[np.float64]
@@ -45,6 +46,7 @@ class Node(ConfigModel):
 class Plant(ConfigModel):
     """A rotor: nodes by name, and the elements between them."""
 
+    description: str = pydantic.Field(default='', description='what it is, in one sentence')
     nodes: dict[str, Node] = pydantic.Field(min_length=1, description='places on the machine')
     elements: tuple[AnyElement, ...] = pydantic.Field(
         default=(), strict=False, description='what acts on the nodes'
@@ -56,6 +58,9 @@ class Plant(ConfigModel):
     )
     load_scale: float = quantity(
         1.0, unit='1', gt=0.0, le=10.0, description="factor on the aircraft's load"
+    )
+    reduction: Reduction | None = pydantic.Field(
+        default=None, description='integrate with fewer coordinates; unset: with all'
     )
 
     @pydantic.model_validator(mode='after')
@@ -72,12 +77,25 @@ class Plant(ConfigModel):
                 raise PlantError(f'elements[{place}].name = {name!r} stands twice; rename one')
             names.add(name)
             _check_ends(f'elements[{place}]', name, element, self.nodes)
+        return self
+
+    @pydantic.model_validator(mode='after')
+    def _check_twins_and_reduction(self) -> Self:
         paired = [node for pair in self.twins for node in pair]
-        for node in paired:
-            if node not in self.nodes:
-                raise PlantError(f'twins: {node!r} is no node of the plant')
-            if paired.count(node) > 1:
-                raise PlantError(f'twins: {node!r} stands twice; a node has one twin, not itself')
+        kept = () if self.reduction is None else self.reduction.keep
+        for key, nodes in (('twins', paired), ('reduction.keep', kept)):
+            for node in nodes:
+                if node not in self.nodes:
+                    raise PlantError(
+                        f'{key}: {node!r} is no node of the plant; it has {", ".join(self.nodes)}'
+                    )
+        if twice := [node for node in paired if paired.count(node) > 1]:
+            raise PlantError(f'twins: {twice[0]!r} stands twice; a node has one twin, not itself')
+        if self.twins and self.reduction is not None:
+            raise PlantError(
+                'reduction: the modes of a reduced plant tell twins apart; take out twins or '
+                'reduction'
+            )
         return self
 
     def named_elements(self) -> list[tuple[str, Element]]:
@@ -157,6 +175,16 @@ class LinearPart:
     load: Array
     patterns: Mapping[str, NDArray[np.bool_]]
 
+    def transformed(self, to_all: Array) -> 'LinearPart':
+        """Return the linear part for coordinates that `to_all` (n, m) gives these from."""
+        there = (to_all != 0.0).astype(float)
+        patterns = {
+            name: there.T @ pattern.astype(float) @ there > 0.0
+            for name, pattern in self.patterns.items()
+        }
+        matrices = {name: to_all.T @ getattr(self, name) @ to_all for name in patterns}
+        return LinearPart(**matrices, load=to_all.T @ self.load, patterns=patterns)
+
 
 @dataclass(frozen=True)
 class Assembly:
@@ -167,6 +195,8 @@ class Assembly:
     """For each coordinate the one whose twin it is, or itself."""
     elements: tuple[PlacedElement, ...]
     linear: LinearPart
+    reduced: Reduced | None = None
+    """Of a reduced plant, whose coordinates are kept ones and ('mode_1', 'amplitude'), ..."""
 
     @property
     def size(self) -> int:
@@ -176,6 +206,11 @@ class Assembly:
     def place(self, node: str, axis: Axis) -> int:
         """Return the index of a degree of freedom in the state."""
         return self.coordinates.index((node, axis))
+
+    def all_displacements(self, displacements: ArrayLike) -> NDArray[Any]:
+        """Return (..., all) of `Plant.coordinates` for displacements (..., n) of this layout."""
+        found = np.asarray(displacements)
+        return found if self.reduced is None else found @ self.reduced.transformation.T
 
 
 def assemble(plant: Plant) -> Assembly:
@@ -199,7 +234,36 @@ def assemble(plant: Plant) -> Assembly:
     linear = _linear_part(plant, coordinates, placed)
     _check_masses(linear.mass, coordinates)
     _check_twins(placed, linear, coordinates, canonical)
-    return Assembly(coordinates, canonical, tuple(placed), linear)
+    whole = Assembly(coordinates, canonical, tuple(placed), linear)
+    return whole if plant.reduction is None else _reduced(plant, whole, plant.reduction)
+
+
+def _reduced(plant: Plant, whole: Assembly, reduction: Reduction) -> Assembly:
+    """Return the layout of a reduced plant; its elements are those with a force.
+
+    Disks keep their tilts: modes of a shaft at rest tell little of gyroscopic moments.
+    """
+    acting = [each for each in whole.elements if each.element.force is not None]
+    touched = {place for each in acting for place in each.places if place is not None}
+    nodes = {*reduction.keep, *(name for name, node in plant.nodes.items() if node.tilts)}
+    kept = sorted(touched | {k for k, (node, _) in enumerate(whole.coordinates) if node in nodes})
+    translations = np.array([axis in TRANSLATIONS for _, axis in whole.coordinates])
+    linear = whole.linear
+    reduced = reduce(linear.mass, linear.stiffness, kept, translations, reduction.highest_hz)
+    index: dict[int | None, int | None] = {None: None, **{k: j for j, k in enumerate(kept)}}
+    elements = (
+        replace(each, places=tuple(index[place] for place in each.places), like=k)
+        for k, each in enumerate(acting)
+    )
+    modes = tuple((f'mode_{k + 1}', AMPLITUDE) for k in range(len(reduced.kept_hz)))
+    coordinates = (*(whole.coordinates[k] for k in kept), *modes)
+    return Assembly(
+        coordinates,
+        tuple(range(len(coordinates))),
+        tuple(elements),
+        linear.transformed(reduced.transformation),
+        reduced,
+    )
 
 
 def _twin(
@@ -293,22 +357,20 @@ def _linear_part(
             total['damping_per_speed'][a, b] += node.polar_inertia_kg_m2
             total['damping_per_speed'][b, a] -= node.polar_inertia_kg_m2
             patterns['damping_per_speed'][[a, b], [b, a]] = True
+    positions = {name: node.position_m for name, node in plant.nodes.items()}
     for each in placed:
-        matrices = each.element.matrices()
+        matrices = each.element.matrices(positions)
         ours = [k for k, place in enumerate(each.places) if place is not None]
         theirs = [place for place in each.places if place is not None]
         given = {name: getattr(matrices, name) for name in names}
         for name, matrix in given.items():
             _check_matrix(each, name, matrix)
-        touched = np.zeros((len(each.places),) * 2, bool)
-        for matrix in given.values():
-            touched |= False if matrix is None else matrix != 0.0
         for name, matrix in given.items():
             if matrix is None:
                 continue
             total[name][np.ix_(theirs, theirs)] += matrix[np.ix_(ours, ours)]
-            # by structure: a factor that happens to be 0 does not change the compiled code
-            patterns[name][np.ix_(theirs, theirs)] |= touched[np.ix_(ours, ours)]
+            pattern = _pattern(name, given)[np.ix_(ours, ours)]
+            patterns[name][np.ix_(theirs, theirs)] |= pattern
     load = np.zeros((n, 2))
     for k, axis in enumerate(TRANSLATIONS):
         unit = np.array([float(own == axis) for _, own in coordinates])
@@ -325,6 +387,21 @@ def _check_matrix(each: PlacedElement, name: str, matrix: Array | None) -> None:
         )
     if matrix is not None and not np.isfinite(matrix).all():
         raise PlantError(f'{each.name}: its {name} matrix holds a number that is not finite')
+
+
+def _pattern(name: str, given: Mapping[str, Array | None]) -> NDArray[np.bool_]:
+    """Return where a matrix of an element may differ from 0.
+
+    That is by structure: where another one does, so that a factor that happens to be 0 does not
+    change the compiled code. Those per speed count apart: gyroscopic moments couple planes that
+    stiffness does not.
+    """
+    alike = [
+        matrix != 0.0
+        for other, matrix in given.items()
+        if matrix is not None and other.endswith('speed') == name.endswith('speed')
+    ]
+    return np.asarray(np.logical_or.reduce(alike))
 
 
 def _check_masses(mass: Array, coordinates: Sequence[tuple[str, Axis]]) -> None:

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 _ITERATIONS = 400
 _CONVERGED = 1e-12
+_ROUNDING = 1e-9
+"""Of the load: below it the search ends once it gains nothing, as rounding lets stiff parts."""
 _LONGEST_STEP_M = 1e-4
 """Of the search where nothing holds the rotor, as in the clearance of a bearing."""
 _LEAST_DAMPING = 1e-12
@@ -35,7 +37,8 @@ def static_equilibrium(
     frame `rotor`; without load the rotor is put at the origin, in a clearance one of many places.
     Found by pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal.
     35 (1998) 508): implicit steps of x' = acceleration(x), longer as the balance comes near. Where
-    the balance lies on a jump of the force, the nearest place found is returned.
+    the balance lies on a jump of the force, the nearest place found is returned. What is out of
+    balance is measured as the root of a'M a: of a linear plant each step makes it smaller.
 
     Raises:
         IntegrationError: nothing holds the rotor, or the search did not converge.
@@ -44,15 +47,18 @@ def static_equilibrium(
     n = plant.size
     at = Instant(angle_rad, load_m_s2=load_m_s2, live=live)
     state = np.zeros(2 * n)
+    mass = plant.assembly.linear.mass / np.max(plant.assembly.linear.mass)
     missing = plant.acceleration(state, at)
-    size = float(np.max(np.abs(missing)))
+    size = _length(missing, mass)
     if size == 0.0 or load_m_s2 == (0.0, 0.0):
         return state
     best, smallest = state, np.inf
     damping = float(np.max(np.abs(plant.jacobian(state, at)[:, :n]))) or 1.0
     least = _LEAST_DAMPING * damping
     for _ in range(_ITERATIONS):
-        norm = float(np.max(np.abs(missing)))
+        norm = _length(missing, mass)
+        if _ROUNDING * size >= smallest <= norm:
+            break
         if norm < smallest:
             best, smallest = state.copy(), norm
         if norm <= _CONVERGED * size:
@@ -63,7 +69,7 @@ def static_equilibrium(
         following = plant.acceleration(state, at)
         if not np.isfinite(following).all():
             break
-        change = float(np.max(np.abs(following))) / norm
+        change = _length(following, mass) / norm
         damping *= min(change, 2.0) if change > 1.0 else max(0.7 * change, 0.1)
         damping = max(damping, least, change * norm / _LONGEST_STEP_M)
         missing = following
@@ -74,3 +80,7 @@ def static_equilibrium(
             'holds the rotor, or too loosely; give its nodes springs or bearings'
         )
     return best
+
+
+def _length(acceleration: Array, mass: Array) -> float:
+    return float(np.sqrt(acceleration @ mass @ acceleration))

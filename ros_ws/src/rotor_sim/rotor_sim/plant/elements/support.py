@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A support: springs and dampers along y and z, as of a housing on its pedestal."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from rotor_common.configuration import quantity
@@ -36,7 +38,7 @@ class Support(Element):
         0.0, unit='N s/m', ge=0.0, le=1e9, description='damping c_z along z'
     )
 
-    def matrices(self) -> Matrices:
+    def matrices(self, positions_m: Mapping[str, float]) -> Matrices:  # noqa: ARG002
         """Return stiffness and damping; (4, 4), the node's y, z, then the base's."""
         stiffness = np.array(
             [
