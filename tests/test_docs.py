@@ -111,14 +111,24 @@ def test_the_decoding_example_runs() -> None:
     assert scope['block'].rows['disk_z'].tolist() == [1, 2, 3, 4]
 
 
-def test_the_tables_of_the_indicators_are_those_of_the_registry() -> None:
-    spec = importlib.util.spec_from_file_location('tables', DOCS / 'make_indicator_tables.py')
+@pytest.mark.parametrize(
+    ('name', 'script'),
+    [('indicators.md', 'make_indicator_tables.py'), ('plants.md', 'make_element_tables.py')],
+)
+def test_generated_tables_are_those_of_the_registry(name: str, script: str) -> None:
+    spec = importlib.util.spec_from_file_location('tables', DOCS / script)
     assert spec is not None
     assert spec.loader is not None
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
-    page = text('indicators.md')
-    assert page[page.index(made.MARK) :] == made.tables(), 'run docs/make_indicator_tables.py'
+    page = text(name)
+    assert page[page.index(made.MARK) :] == made.tables(), f'run docs/{script}'
+
+
+def test_the_plant_of_the_page_is_as_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = blocks('plants.md', 'python')
+    exec(compile(example, 'plants.md', 'exec'), {})  # noqa: S102 - our own documentation
+    assert capsys.readouterr().out.splitlines() == re.findall(r'print\(.*# (.*)', example)
 
 
 @pytest.mark.slow

@@ -112,7 +112,19 @@ def plant_of(point: OperatingPoint) -> CompiledPlant:
 
 def engine_of(point: OperatingPoint) -> str:
     """Return the text of a point's engine: trajectories side by side must share it."""
-    return plant_of(point).engine.text
+    p = point.parameters
+    return _engine(p.ball_count, p.crack_half_angle_rad, p.theta_convention == 'last_branch')
+
+
+@functools.lru_cache(maxsize=4096)
+def _engine(ball_count: int, crack_half_angle_rad: float, is_continued: bool) -> str:
+    """Return the engine by what decides it: a map has very many points of one engine."""
+    parameters = RotorParameters.hou2016(
+        'figure' if is_continued else 'derived',
+        ball_count=ball_count,
+        crack_half_angle_rad=crack_half_angle_rad,
+    )
+    return _compiled(parameters).engine.text
 
 
 class Ensemble:

@@ -18,7 +18,7 @@ from scipy.linalg import expm
 
 from rotor_common.constants import GRAVITY_M_S2
 from rotor_dynamics import Ensemble, OperatingPoint, lyapunov_exponent
-from rotor_dynamics.ensemble import plant_of
+from rotor_dynamics.ensemble import engine_of, plant_of
 from rotor_sim import RotorParameters
 from rotor_sim.plant.compiled_plant import Instant
 from rotor_sim.plant.elements import hou_crack
@@ -41,6 +41,12 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 CASES = [(variant, kind) for variant in VARIANTS for kind in KINDS]
 every_case = pytest.mark.parametrize(('variant', 'kind'), CASES)
+
+
+@every_case
+def test_the_engine_of_a_point_is_that_of_its_plant(variant: str, kind: str) -> None:
+    where = point(variant, **KINDS[kind], crack_stiffness_ratio=0.0)
+    assert engine_of(where) == plant_of(where).engine.text
 
 
 def units(parameters: RotorParameters) -> Array:

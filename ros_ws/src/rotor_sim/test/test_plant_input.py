@@ -201,7 +201,7 @@ def built(
         touches: ClassVar[Any] = (('node', axes),)
         live: ClassVar[tuple[str, ...]] = live_fields
 
-        def matrices(self, positions_m: Any) -> Matrices:
+        def matrices(self, positions_m: Any) -> Matrices:  # noqa: ARG002
             return given or Matrices()
 
         def coefficients(self) -> Mapping[str, Any]:

@@ -79,7 +79,7 @@ class _TiltSpring(Element):
     kind: str = 'tilt_spring'
     node: str
 
-    def matrices(self, positions_m: Any) -> Matrices:
+    def matrices(self, positions_m: Any) -> Matrices:  # noqa: ARG002
         return Matrices(stiffness=TILT_STIFFNESS * np.eye(2))
 
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from math import sqrt
 from typing import Any, Literal
 
+import pydantic
+
 from rotor_common.configuration import quantity
 from rotor_sim.plant.arithmetic import turned
 from rotor_sim.plant.element import TRANSLATIONS, Element
@@ -34,7 +36,9 @@ class Crack(Element):
     kind: str = 'crack'
     node: str
     other: str = 'ground'
-    law: Literal['gasch', 'mayes', 'open'] = 'gasch'
+    law: Literal['gasch', 'mayes', 'open'] = pydantic.Field(
+        default='gasch', description='how the crack opens'
+    )
     stiffness_n_m: float = quantity(
         unit='N/m', ge=0.0, le=1e12, description='stiffness k of the shaft segment'
     )

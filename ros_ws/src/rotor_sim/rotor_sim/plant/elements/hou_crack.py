@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from math import sqrt
 from typing import Any, Literal
 
+import pydantic
+
 from rotor_common.configuration import quantity
 from rotor_sim.plant.arithmetic import cos_sin, half_angle, turned
 from rotor_sim.plant.breathing import breathing_polynomial
@@ -69,8 +71,8 @@ class HouCrack(Element):
     """A crack beside the disk that opens with theta = W t + beta - phi, phi the disk's direction.
 
     The open crack takes f dk n n' away from the stiffness of either shaft side, n = (cos psi,
-    sin psi) with psi the crack's angle, dk = K k. The readings of the paper's equations are
-    docs/physics.md's.
+    sin psi) with psi the crack's angle, dk = K k. docs/physics.md tells the readings of the paper's
+    equations.
     """
 
     touches = (
@@ -110,9 +112,15 @@ class HouCrack(Element):
     bearing_scale: float = quantity(
         1.0, unit='1', gt=0.0, le=10.0, description='factor on dk in those of the bearings'
     )
-    coupling_sign: Literal[-1, 1] = -1
-    phase_convention: PhaseConvention = 'atan2_z_y'
-    theta_convention: ThetaConvention = 'continuous'
+    coupling_sign: Literal[-1, 1] = pydantic.Field(
+        default=-1, description='sign of k_yz = sign f dk sin(psi) cos(psi)'
+    )
+    phase_convention: PhaseConvention = pydantic.Field(
+        default='atan2_z_y', description='how phi follows from the place of the disk'
+    )
+    theta_convention: ThetaConvention = pydantic.Field(
+        default='continuous', description='how theta is wrapped into the branches of eq. (4)'
+    )
 
     @property
     def _curve(self) -> str:

@@ -47,7 +47,9 @@ class SpalledBallBearing(BallBearing):
     live = ('depth_m',)
 
     kind: str = 'spalled_ball_bearing'
-    spall_on: Literal['outer_race', 'inner_race', 'ball']
+    spall_on: Literal['outer_race', 'inner_race', 'ball'] = pydantic.Field(
+        description='what the spall is on'
+    )
     depth_m: float = quantity(
         unit='m', ge=0.0, le=1e-3, description='contact depth that is lost in the spall'
     )
