@@ -66,7 +66,8 @@ def compliance() -> NDArray[np.float64]:
     found += np.array([[b**2 / a + b, b / a], [b / a, 1 / a]]) / shear
     # reactions for a force and for a moment at the disk
     reactions = np.array([[-b / a, -1 / a], [(a + b) / a, 1 / a]])
-    return found + reactions.T @ reactions / SPRING
+    found += reactions.T @ reactions / SPRING
+    return np.asarray(found)
 
 
 def closed_form(speed: float) -> NDArray[np.float64]:
@@ -82,7 +83,7 @@ def closed_form(speed: float) -> NDArray[np.float64]:
             1.0,
         ]
     )
-    return roots[np.argsort(np.abs(roots))].real
+    return np.asarray(roots[np.argsort(np.abs(roots))].real, np.float64)
 
 
 @pytest.mark.parametrize('speed', SPEEDS)
