@@ -36,13 +36,6 @@ setup(
         'rotor_interfaces==0.1.0',
         'scipy>=1.14',
     ],
-    extras_require={
-        'ross': [
-            'pandas<3',
-            'plotly<6',
-            'ross-rotordynamics==2.3.*',
-        ],
-    },
     entry_points={
         'console_scripts': [
             'rotor_sim_node = rotor_sim.node:main',

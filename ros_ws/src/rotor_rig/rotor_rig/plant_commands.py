@@ -82,7 +82,7 @@ def show_plant(
     with interruptible('Campbell diagram', None, quiet=as_json, what_is_done='speeds') as advance:
         diagram = campbell(compiled, state, speeds, load, advance)
     facts = _facts(compiled, state, speed, load, diagram)
-    name = plant if '/' not in plant else Path(plant).stem
+    name = Path(plant).stem
     if picture is not None:
         _save(compiled, name, diagram, picture)
     if as_json:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Beams and disks against ROSS (Timbó et al., J. Open Source Softw. 5 (2020) 2120).
 
-Runs where the extra `ross` is installed. ROSS has its shaft along z and (x, y) across, turning
-from x to y: its (x, y, alpha, beta) are (y, z, theta_y, theta_z) of frame `rotor`.
+Runs where ROSS is installed, see ross_requirements.txt. ROSS has its shaft along z and (x, y)
+across, turning from x to y: its (x, y, alpha, beta) are (y, z, theta_y, theta_z) of frame `rotor`.
 """
 
 import warnings

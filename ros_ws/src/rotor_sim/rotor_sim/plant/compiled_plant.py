@@ -129,14 +129,12 @@ class CompiledPlant:
         """Return d(acceleration)/d(state), (n, 2n), at a state: the derived tangent."""
         n = self.size
         b, i, lanes, x, v, turns, drive, load = self._arguments(state, at)
-        columns = []
-        for k in range(2 * n):
-            unit = [float(j == k) for j in range(2 * n)]
-            _, change = self._plain['acceleration_tangent'](
-                b, i, lanes, x, v, unit[:n], unit[n:], turns, drive, load
-            )
-            columns.append(change)
-        return np.array(columns).T.reshape(n, 2 * n)
+        # all columns at once: a change is an array, and no choice depends on it
+        units = list(np.eye(2 * n))
+        _, change = self._plain['acceleration_tangent'](
+            b, i, lanes, x, v, units[:n], units[n:], turns, drive, load
+        )
+        return np.array([np.broadcast_to(row, 2 * n) for row in change])
 
     @functools.cached_property
     def _plain(self) -> dict[str, Any]:
