@@ -66,12 +66,8 @@ def compliance() -> NDArray[np.float64]:
     found += np.array([[b**2 / a + b, b / a], [b / a, 1 / a]]) / shear
     # reactions for a force and for a moment at the disk
     reactions = np.array([[-b / a, -1 / a], [(a + b) / a, 1 / a]])
-<<<<<<< HEAD
-    return np.asarray(found + reactions.T @ reactions / SPRING)
-=======
     found += reactions.T @ reactions / SPRING
     return np.asarray(found)
->>>>>>> x-beam
 
 
 def closed_form(speed: float) -> NDArray[np.float64]:
