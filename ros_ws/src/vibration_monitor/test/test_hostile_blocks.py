@@ -104,7 +104,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     'a column twice': (
         lambda: cloud(fields=[point_field('time', 0), point_field('time', 8)]),
-        "column 'time' stands twice",
+        "column 'time' occurs twice",
     ),
     'a column beyond the row': (
         lambda: cloud(fields=[point_field('time', 2**32 - 1)]),
