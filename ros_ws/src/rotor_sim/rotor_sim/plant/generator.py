@@ -51,12 +51,10 @@ def linear_rows(assembly: Assembly) -> dict[str, float]:
     """
     linear, n = assembly.linear, assembly.size
     inverse = np.linalg.inv(linear.mass)
-    coupled = inverse != 0.0
     rows: dict[str, float] = {}
     for name in _LINEAR:
         product = inverse @ getattr(linear, name)
-        pattern = coupled.astype(float) @ linear.patterns[name].astype(float) > 0.0
-        for j, k in zip(*np.nonzero(pattern), strict=True):
+        for j, k in zip(*np.nonzero(_pattern(inverse, linear.patterns[name])), strict=True):
             _put(rows, _row(name, assembly, int(j), int(k)), float(product[j, k]))
     for k, axis in enumerate(TRANSLATIONS):
         product = inverse @ linear.load[:, k]
@@ -64,10 +62,15 @@ def linear_rows(assembly: Assembly) -> dict[str, float]:
             if product[j] != 0.0:
                 row = f'load_{axis}[{assembly.canonical[j]}]'
                 _put(rows, row, float(product[j]))
-    for j, k in zip(*np.nonzero(coupled), strict=True):
+    for j, k in zip(*np.nonzero(inverse), strict=True):
         row = _row('inverse_mass', assembly, int(j), int(k))
         _put(rows, row, float(inverse[j, k]))
     return rows
+
+
+def _pattern(inverse: Array, pattern: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return where `inverse` times a matrix of this pattern may differ from 0."""
+    return np.asarray((inverse != 0.0).astype(float) @ pattern.astype(float) > 0.0)
 
 
 def _put(rows: dict[str, float], name: str, value: float) -> None:
@@ -205,6 +208,8 @@ class _EngineWriter:
         own = [each for k, each in enumerate(assembly.elements) if each.like == k]
         self._rotation, self._ratios = rotations_of(assembly)
         self._live = [(e.name, k) for e in own if e.element.force for k in e.element.live]
+        inverse, patterns = np.linalg.inv(assembly.linear.mass), assembly.linear.patterns
+        self._patterns = {name: _pattern(inverse, patterns[name]) for name in _LINEAR}
         n = assembly.size
         self._names = list(self._values)
         self._rows = _Layout(n, len(self._ratios), len(self._live), len(records), 0)
@@ -225,7 +230,12 @@ class _EngineWriter:
         return f'b[i + {self._rows.coefficients + self._names.index(name)} * L]'
 
     def _arguments(
-        self, each: PlacedElement, writer: Writer, *, turning: bool = False
+        self,
+        each: PlacedElement,
+        writer: Writer,
+        *,
+        turning: bool = False,
+        for_switches: bool = False,
     ) -> dict[str, Any]:
         """Return what the functions of an element may take: x, v, p, d, s.
 
@@ -248,9 +258,9 @@ class _EngineWriter:
         drive: dict[str, Any] = {
             'speed_rad_s': Term('speed'),
             'acceleration_rad_s2': Term('slope'),
-            'load_y_m_s2': Term('load_y'),
-            'load_z_m_s2': Term('load_z'),
         }
+        if not for_switches:
+            drive |= {'load_y_m_s2': Term('load_y'), 'load_z_m_s2': Term('load_z')}
         for suffix, key in (
             ('', 'shaft'),
             *((f'_{name}', f'{own.name}.{name}') for name in own.element.rotations()),
@@ -271,7 +281,8 @@ class _EngineWriter:
         self, function: Any, each: PlacedElement, writer: Writer, *, turning: bool = False
     ) -> tuple[Any, ...]:
         who = f'element {each.name} ({each.element.kind})'
-        offered = self._arguments(each, writer, turning=turning)
+        is_force = function is each.element.force
+        offered = self._arguments(each, writer, turning=turning, for_switches=not is_force)
         wanted = tuple(inspect.signature(function).parameters)
         if unknown := set(wanted) - offered.keys():
             raise PlantError(
@@ -360,19 +371,11 @@ class _EngineWriter:
             ('damping_per_speed', 'speed * ', 'v'),
         ):
             rows = [(_row(matrix, assembly, j, k), k) for k in order]
-            there = [(self._coefficient(row), k) for row, k in rows if self._has(matrix, j, k, row)]
+            there = [(self._coefficient(row), k) for row, k in rows if self._patterns[matrix][j, k]]
             if there:
                 text += f' - {factor}({" + ".join(f"{row} * {of}{k}" for row, k in there)})'
                 change += f' - {factor}({" + ".join(f"{row} * d{of}{k}" for row, k in there)})'
         return writer.new(text, change or None)
-
-    def _has(self, matrix: str, j: int, k: int, row: str) -> bool:
-        return row in self._values and bool(self._pattern(matrix)[j, k])
-
-    def _pattern(self, matrix: str) -> NDArray[np.bool_]:
-        linear = self._assembly.linear
-        coupled = np.linalg.inv(linear.mass) != 0.0
-        return np.asarray(coupled.astype(float) @ linear.patterns[matrix].astype(float) > 0.0)
 
     def _unpacked(self) -> list[str]:
         """Return the lines that name the arguments of the equations."""

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import pydantic
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.sparse.csgraph import connected_components
 
 from rotor_common.configuration import ConfigModel, quantity
 from rotor_sim.errors import PlantError
@@ -94,6 +92,8 @@ def reduce(
 
 def _frequencies(mass: Array, stiffness: Array) -> Array:
     """Return the natural frequencies, rad/s, slowest first."""
+    from scipy.linalg import eigh  # noqa: PLC0415 - slow to import
+
     squares = eigh(stiffness, mass, eigvals_only=True)
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
@@ -110,6 +110,9 @@ def _static_and_modes(
     What nothing couples, as the two bending planes of a shaft, is computed apart: their
     coefficients are exact zeros then, and modes of one frequency do not mix.
     """
+    from scipy.linalg import cho_factor, cho_solve, eigh  # noqa: PLC0415 - slow to import
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415 - slow to import
+
     block = np.ix_(inner, inner)
     count, parts = connected_components((mass[block] != 0.0) | (stiffness[block] != 0.0))
     static, modes = np.zeros((len(inner), len(kept))), np.zeros((len(inner), len(inner)))
