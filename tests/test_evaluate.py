@@ -160,7 +160,7 @@ def test_a_node_is_tested_by_its_topic(rig: Rig, small_suite: Path, tmp_path: Pa
     content = evaluation(tmp_path)
     assert done.json['detectors'] == content['detectors']
     assert set(content['detectors']) == {'zones', 'topic:my/score'}
-    assert 'topic: the node hears anonymous blocks alone' in content['isolation']
+    assert 'topic: the node receives anonymous blocks only' in content['isolation']
     chosen = load(str(small_suite), seed=0, split='test', limit=1)
     tests = [flight for flight in chosen.machines[0].flights if flight.role == 'test']
     assert len(content['flights']) == len(tests) == 2
