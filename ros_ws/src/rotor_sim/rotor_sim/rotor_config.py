@@ -46,7 +46,7 @@ def _time(description: str, default: Any = ...) -> Any:
 
 @contextlib.contextmanager
 def _at(key: str) -> Iterator[None]:
-    """Put the key that is at fault before the sentence of an error."""
+    """Name the key in front of the message of an error."""
     try:
         yield
     except RigError as error:
@@ -101,7 +101,7 @@ class Forcing(ConfigModel):
 
 
 class LiveParameters(NoiseLevels):
-    """What can be set while a run is under way; everything else is fixed before it starts."""
+    """What can be set during a run; everything else is fixed before it starts."""
 
     crack_stiffness_ratio: float = _crack('K = dk/k; changes in one step at a sample')
     speed_target_rad_s: float = _speed(
@@ -124,7 +124,7 @@ class ParameterChange(ConfigModel):
 
 
 def _fill_in(rotor: Any, info: pydantic.ValidationInfo) -> Any:
-    """Put the readings of the variant, a field beside the rotor, to the values that are given."""
+    """Add what the variant, a field beside the rotor, sets to the values that are given."""
     variant: str | None = info.data.get('variant')
     if isinstance(rotor, RotorParameters) and variant not in (None, rotor.variant):
         raise RotorError(f'it is of variant {rotor.variant!r}, not {variant!r}; name it as variant')
@@ -141,7 +141,7 @@ Rotor = Annotated[
     pydantic.BeforeValidator(_fill_in),
     pydantic.PlainSerializer(lambda rotor: rotor.model_dump(exclude=OF_THE_VARIANT)),
 ]
-"""A rotor in a model with a field `variant` before it, which sets what is not given here."""
+"""A rotor in a model whose field `variant`, which comes first, sets what is not given here."""
 
 
 class RotorSimConfig(ConfigModel):
@@ -220,7 +220,7 @@ class RotorSimConfig(ConfigModel):
         )
 
     def live_ramp(self, sample: int, parameter: str, value: float) -> Ramp:
-        """Return the ramp that a live change makes; raises RotorError where it is not allowed."""
+        """Return the ramp of a live change; raises RotorError if the change is not allowed."""
         if parameter not in LiveParameters.model_fields:
             raise RotorError(
                 f'{parameter} cannot be set while the rotor runs; only '
@@ -248,7 +248,7 @@ class RotorSimConfig(ConfigModel):
         return schedule
 
     def check(self) -> Self:
-        """Raise RotorError where values that are allowed by themselves contradict each other."""
+        """Raise RotorError if values contradict each other."""
         self._check_speed()
         self._check_crack_growth()
         if self.sensors.imu_rate_hz * 4 > self.rate_hz:

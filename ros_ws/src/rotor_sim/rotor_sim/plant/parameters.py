@@ -3,7 +3,7 @@
 """Parameters of the cracked rotor on two ball bearings, and the four readings of the paper.
 
 Source: Hou, Chen, Cao, Lu, Mechanism and Machine Theory 105 (2016) 515-528, parameter set (8).
-The variants differ in data only: one right-hand side (`model`, `_kernels`) reads the fields below.
+The variants differ in data only: `hou2016` makes one plant of the fields below.
 """
 
 import math
