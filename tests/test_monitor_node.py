@@ -118,7 +118,6 @@ def test_a_monitor_that_listens_has_nothing_left_to_compile(
         assert set(cache.rglob('*.nbc')) == before
 
 
-@pytest.mark.slow
 @pytest.mark.real_time
 def test_lost_and_bad_blocks_are_counted_and_silence_is_reported(source: Source) -> None:
     for number in range(45):

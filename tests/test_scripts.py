@@ -58,8 +58,7 @@ def test_first_start_sets_everything_up_and_the_second_nothing(workplace: Workpl
 def test_test_script_runs_what_may_share_the_machine_and_then_the_rest(
     workplace: Workplace,
 ) -> None:
-    workplace.add_command('nproc', '#!/bin/sh\necho 2\n')
-    shared = '-n 3 --dist worksteal --durations 10'
+    shared = '-n logical --dist worksteal --durations 10'
     for arguments, expected in {
         (): [f'-m not real_time {shared}', '-m real_time --durations 10'],
         ('--quick',): [f'-m not slow and not real_time {shared}'],
