@@ -32,13 +32,11 @@ _LINEAR = ('stiffness', 'stiffness_per_speed', 'damping', 'damping_per_speed')
 class Engine:
     """The text of a module and what has to be given to it.
 
-    `coefficients` names the rows in order; `rotations` is the number of angles of the drive, the
-    shaft's first; `live` are (element, field) of the drive's columns.
+    `coefficients` names the rows in order; `live` are (element, field) of the drive's columns.
     """
 
     text: str
     coefficients: tuple[str, ...]
-    rotations: int
     live: tuple[tuple[str, str], ...]
     switches: int
     rows: '_Layout'
@@ -220,7 +218,6 @@ class _EngineWriter:
         return Engine(
             self._text(),
             tuple(self._names),
-            len(self._ratios),
             tuple(self._live),
             self._switches,
             self._rows,
